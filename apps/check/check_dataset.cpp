@@ -79,7 +79,7 @@ class DatasetCheck {
                     refuse("trajectory {} of shard {} is missing; allowed: all of its trajectories", info.id,
                            shard.file);
                 const int v = place->second;
-                const TrajectoryInfo& copy = view_.trajectories()[static_cast<std::size_t>(v)];
+                const TrajectoryInfo& copy = view_.trajectories()[v];
                 if (copy.recipe != info.recipe || copy.failure != info.failure || copy.seed != info.seed ||
                     copy.body_hash != info.body_hash || view_.times(v) != source.times(i) ||
                     view_.facts(v) != source.facts(i) || view_.nodes(v) != source.nodes(i) ||

@@ -22,7 +22,7 @@ class RecordingCheck {
 
     void run() const {
         check_names();
-        for (int i = 0; i < static_cast<int>(recording_.trajectories().size()); ++i) {
+        for (int i = 0; i < std::ssize(recording_.trajectories()); ++i) {
             if (body_) check_body(i);
             check_frames(i);
         }
@@ -53,7 +53,7 @@ class RecordingCheck {
     }
 
     void check_body(int i) const {
-        const TrajectoryInfo& info = recording_.trajectories()[static_cast<std::size_t>(i)];
+        const TrajectoryInfo& info = recording_.trajectories()[i];
         const auto nodes = body_->body.tets.X.rows(), tets = body_->body.tets.T.rows();
         if (info.body_hash != body_->hash)
             refuse("trajectory {} is of body {}; allowed: {}, which is {}", info.id, info.body_hash,
@@ -67,15 +67,14 @@ class RecordingCheck {
 
     void check_frames(int i) const {
         constexpr int frames_at_once = 16;
-        const TrajectoryInfo& info = recording_.trajectories()[static_cast<std::size_t>(i)];
+        const TrajectoryInfo& info = recording_.trajectories()[i];
         Vertices x;
         for (int begin = 0; begin < info.frames; begin += frames_at_once) {
             const int count = std::min(frames_at_once, info.frames - begin);
             recording_.read(i, begin, count, x);
             const std::vector<FrameExtras> extras = recording_.read_extras(i, begin, count);
             for (int k = 0; k < count; ++k)
-                for (const ContactEdge& edge : extras[static_cast<std::size_t>(k)].contact_edges)
-                    check_edge(info, begin + k, edge);
+                for (const ContactEdge& edge : extras[k].contact_edges) check_edge(info, begin + k, edge);
         }
     }
 
@@ -87,7 +86,7 @@ class RecordingCheck {
                 "file",
                 frame, info.id, face, partner, other);
         if (!body_) return;
-        const auto faces = static_cast<int>(body_->body.surface.F.rows());
+        const int faces = body_->body.surface.F.rows();
         if (face >= faces || other >= faces)
             refuse("frame {} of trajectory {} has the contact edge ({}, {}, {}); allowed: faces 0 to {}",
                    frame, info.id, face, partner, other, faces - 1);

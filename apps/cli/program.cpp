@@ -195,7 +195,7 @@ int run(const Program& program, Output& out, int argc, char** argv) {
     // Commands are final callbacks, which run after everything, including --threads, has been parsed.
     std::optional<tbb::global_control> limit;
     app.parse_complete_callback([&] {
-        const auto mates = static_cast<unsigned>(this_rank().on_this_machine);
+        const unsigned mates = this_rank().on_this_machine;
         const std::size_t count = threads > 0 ? static_cast<std::size_t>(threads)
                                               : std::max(1u, std::thread::hardware_concurrency() / mates);
         limit.emplace(tbb::global_control::max_allowed_parallelism, count);

@@ -28,8 +28,7 @@ void copy_frames(const RecordingReader& from, int trajectory, RecordingWriter& t
         from.read(trajectory, begin, count, x);
         const std::vector<FrameExtras> extras = from.read_fields(trajectory, begin, count);
         for (int i = 0; i < count; ++i)
-            to.add_frame(handle, times[static_cast<std::size_t>(begin + i)], x.middleRows(nodes * i, nodes),
-                         extras[static_cast<std::size_t>(i)]);
+            to.add_frame(handle, times[begin + i], x.middleRows(nodes * i, nodes), extras[i]);
     }
     FrameFacts facts = from.facts(trajectory);
     facts.self_intersections.clear();  // of the other surface
@@ -45,7 +44,7 @@ RemappedFrames remap_recording(const std::filesystem::path& path, const NamedBod
     const std::string from_hash = body_hash(from.body), to_hash = body_hash(to.body);
     const RecordingReader recording(path);
     const auto& infos = recording.trajectories();
-    const auto all = static_cast<int>(infos.size());
+    const int all = infos.size();
     RemappedFrames result{.trajectories = trajectories > 0 ? std::min(trajectories, all) : all};
 
     bool has_edges = false;
@@ -56,7 +55,7 @@ RemappedFrames remap_recording(const std::filesystem::path& path, const NamedBod
     RecordingWriter writer(output, recording.origin());
     writer.label("remapped_from_sha256", recording_hash(recording));
     for (int i = 0; i < result.trajectories; ++i) {
-        TrajectoryInfo info = infos[static_cast<std::size_t>(i)];
+        TrajectoryInfo info = infos[i];
         if (info.body_hash != from_hash)
             throw std::runtime_error(
                 fmt::format("{}: trajectory {} was not recorded from {}", path.string(), info.id, from.name));

@@ -25,11 +25,9 @@ struct Clip {
     /// The surface of a body in a frame, [vertex_count, 3].
     std::function<void(int body, int frame, Vertices& x)> read;
 
-    int frames() const noexcept { return static_cast<int>(times.size()); }
+    int frames() const noexcept { return times.size(); }
     /// Seconds since the first frame.
-    float time(int frame) const {
-        return static_cast<float>(times[static_cast<std::size_t>(frame)] - times.front());
-    }
+    float time(int frame) const { return static_cast<float>(times[frame] - times.front()); }
 };
 
 /// Unit normals at the vertices: sums of the normals of the faces around each, by area. Vertices without any

@@ -46,7 +46,7 @@ class Shapes {
     Shape absolute(int frame) const {
         Shape shape;
         clip_.read(body_, frame, shape.x);
-        smooth_normals(shape.x, clip_.bodies[static_cast<std::size_t>(body_)].F, shape.n);
+        smooth_normals(shape.x, clip_.bodies[body_].F, shape.n);
         return shape;
     }
 
@@ -111,7 +111,7 @@ Json material_json(std::size_t body, const std::string& name) {
 
 /// Describes the mesh of a body; its numbers are those that write_body() writes.
 Json mesh_json(const Clip& clip, int b, Accessors& accessors) {
-    const ClipBody& body = clip.bodies[static_cast<std::size_t>(b)];
+    const ClipBody& body = clip.bodies[b];
     const Shapes shapes(clip, b);
     Json primitive;
     primitive["indices"] = accessors.add(body.F.size(), "SCALAR", unsigned_int, element_array_buffer);
@@ -139,14 +139,13 @@ Json mesh_json(const Clip& clip, int b, Accessors& accessors) {
 
 void write_body(std::ostream& out, const Clip& clip, int b) {
     constexpr std::endian order = std::endian::little;
-    const Faces& F = clip.bodies[static_cast<std::size_t>(b)].F;
+    const Faces& F = clip.bodies[b].F;
     const Shapes shapes(clip, b);
-    write_numbers<order>(out, std::span<const int>(F.data(), static_cast<std::size_t>(F.size())));
+    write_numbers<order>(out, std::span<const int>(F.data(), F.size()));
     for (int frame = 0; frame < clip.frames(); ++frame) {
         const Shape shape = shapes.at(frame);
         for (const Vertices& numbers : {std::cref(shape.x), std::cref(shape.n)})
-            write_numbers<order>(
-                out, std::span<const float>(numbers.data(), static_cast<std::size_t>(numbers.size())));
+            write_numbers<order>(out, std::span<const float>(numbers.data(), numbers.size()));
     }
 }
 
@@ -191,7 +190,7 @@ Json gltf_json(const Clip& clip, Accessors& accessors) {
               {"nodes", nodes_json(clip)}};
     for (std::size_t b = 0; b < clip.bodies.size(); ++b) {
         gltf["materials"].push_back(material_json(b, clip.bodies[b].name));
-        gltf["meshes"].push_back(mesh_json(clip, static_cast<int>(b), accessors));
+        gltf["meshes"].push_back(mesh_json(clip, b, accessors));
     }
     if (clip.frames() > 1) gltf["animations"] = Json::array({animation_json(clip, accessors)});
     accessors.put_into(gltf);
@@ -228,7 +227,7 @@ void write_glb(std::ostream& out, const Clip& clip) {
     Accessors accessors;
     std::string json = gltf_json(clip, accessors).dump(-1, ' ', true, Json::error_handler_t::replace);
     json.append((4 - json.size() % 4) % 4, ' ');
-    const std::int64_t json_length = static_cast<std::int64_t>(json.size());
+    const std::int64_t json_length = json.size();
     const std::int64_t length = 12 + 8 + json_length + 8 + accessors.length();
     out.write("glTF", 4);
     write_number<std::endian::little>(out, std::uint32_t{2});  // version

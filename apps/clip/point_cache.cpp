@@ -12,13 +12,11 @@ void write_positions(std::ostream& out, const Clip& clip, int body) {
     Vertices x;
     for (int frame = 0; frame < clip.frames(); ++frame) {
         clip.read(body, frame, x);
-        write_numbers<order>(out, std::span<const float>(x.data(), static_cast<std::size_t>(x.size())));
+        write_numbers<order>(out, std::span<const float>(x.data(), x.size()));
     }
 }
 
-std::int32_t vertices(const Clip& clip, int body) {
-    return clip.bodies[static_cast<std::size_t>(body)].vertex_count;
-}
+std::int32_t vertices(const Clip& clip, int body) { return clip.bodies[body].vertex_count; }
 
 }  // namespace
 

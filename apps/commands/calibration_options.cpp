@@ -38,11 +38,10 @@ std::string describe(BoundKind kind, const Calibration& calibration, const Bound
         "gives less than {:.3g} %; mean margins by depth{}",
         name(kind), 100 * calibration.miss_rate, 100 * calibration.confidence,
         counted(calibration.poses, "pose"), counted_trajectories(calibration.trajectories),
-        100 * share_kept_but_for(0.05, static_cast<std::size_t>(calibration.trajectories),
-                                 calibration.confidence),
+        100 * share_kept_but_for(0.05, calibration.trajectories, calibration.confidence),
         calibration.limits.empty() ? "" : ", for inputs at the edge of the calibrated range");
     for (int depth = 0; depth < levels.count(); ++depth) {
-        const auto level = static_cast<std::size_t>(depth);
+        const std::size_t level = depth;
         const auto begin = calibration.margins.begin() + levels.begins[level],
                    end = calibration.margins.begin() + levels.begins[level + 1];
         text +=

@@ -52,8 +52,8 @@ Clip clip_of(const ShownRecording& shown) {
     for (const ViewSource& source : shown.sources.bodies)
         clip.bodies.push_back({source.name, source.tree.tree->faces, source.tree.tree->vertex_count});
     clip.read = [&shown, nodes = Vertices()](int body, int frame, Vertices& x) mutable {
-        const SurfaceEmbedding& W = shown.sources.bodies[static_cast<std::size_t>(body)].tree.W;
-        shown.sources.read_nodes(body, shown.scene.numbers[static_cast<std::size_t>(frame)], nodes);
+        const SurfaceEmbedding& W = shown.sources.bodies[body].tree.W;
+        shown.sources.read_nodes(body, shown.scene.numbers[frame], nodes);
         apply_embedding(W, nodes, x);
     };
     return clip;

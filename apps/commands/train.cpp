@@ -51,7 +51,7 @@ TrainConfig train_config(const TrainArguments& arguments) {
 
 /// Says that a body has fewer modes than training would take; empty if it has as many.
 std::string fewer_modes(const std::string& path, const Body& body, int wanted) {
-    const int has = body.modes.count(), possible = most_modes(static_cast<int>(body.tets.X.rows()));
+    const int has = body.modes.count(), possible = most_modes(body.tets.X.rows());
     if (has >= wanted) return {};
     if (has >= possible)
         return fmt::format("{}: has {} modes, as many as it can have, all of which are used", path, has);

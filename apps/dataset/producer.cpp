@@ -110,7 +110,7 @@ FrameExtras Producer::extras_of(const ExcitedFrame& frame, const Vertices& x, in
     FrameExtras extras;
     add_fields(plan_.extras, frame.world.elastic(0), frame.x, frame.world.contact_forces(0), extras);
     if (!contact_surface_) return extras;
-    const auto bodies = static_cast<std::size_t>(frame.world.body_count());
+    const std::size_t bodies = frame.world.body_count();
     if (!finder) {
         std::vector<int> ids(bodies, unrecorded_partner);
         ids[0] = index;
@@ -118,8 +118,7 @@ FrameExtras Producer::extras_of(const ExcitedFrame& frame, const Vertices& x, in
                        std::vector(frame.world.obstacles().begin(), frame.world.obstacles().end()));
     }
     std::vector<Vertices> nodes{x};
-    for (std::size_t b = 1; b < bodies; ++b)
-        nodes.push_back(frame.world.state(static_cast<int>(b)).x.cast<float>());
+    for (std::size_t b = 1; b < bodies; ++b) nodes.push_back(frame.world.state(b).x.cast<float>());
     extras.contact_edges = std::move(finder->find(nodes, frame.time).front());
     return extras;
 }
@@ -163,7 +162,7 @@ void Producer::verify(const std::function<bool(int)>& mine) {
 
 void Producer::simulate(int index) {
     nlohmann::ordered_json failed = nlohmann::ordered_json::array();
-    const int nodes = static_cast<int>(body_.tets.X.rows());
+    const int nodes = body_.tets.X.rows();
     int steps = plan_.excitation.steps_per_frame;
     for (int attempt = 1;; ++attempt, steps *= 2) {
         RecordingWriter writer(folder_.part(index), body_.origin);
@@ -243,11 +242,10 @@ void Producer::produce(const std::function<bool(int)>& mine, int threads, int st
                                  [&](int index) { return !folder_.has(index); });
             if (missing.empty()) return tell_overlaps();
             if (!wait) hooks_.progress(folder_.count());
-            const int count = static_cast<int>(missing.size()),
-                      workers = std::min({threads, count, at_a_time(body_)});
+            const int count = missing.size(), workers = std::min({threads, count, at_a_time(body_)});
             run_workers(count, workers, [&](int i) {
                 tbb::task_arena arena(std::max(1, threads / workers));
-                arena.execute([&] { make(missing[static_cast<std::size_t>(i)], wait); });
+                arena.execute([&] { make(missing[i], wait); });
             });
             if (!wait) break;
         }
@@ -266,7 +264,7 @@ bool Producer::fits(int shard, const std::string& sha256, const std::string& wan
 bool Producer::merge() {
     const auto held = claims_.wait_for(view_claim, hooks_.stop_if_asked);
     DatasetManifest old = standing_manifest(folder_.view());
-    old.shards.resize(static_cast<std::size_t>(folder_.shards()));
+    old.shards.resize(folder_.shards());
 
     DatasetManifest manifest;
     manifest.key = key_;
@@ -277,7 +275,7 @@ bool Producer::merge() {
         finish_shard(g);
         if (!std::filesystem::exists(folder_.shard(g))) return false;
         DatasetShard shard{folder_.relative(g), h5::file_sha256(folder_.shard(g))};
-        const std::string& before = old.shards[static_cast<std::size_t>(g)].sha256;
+        const std::string& before = old.shards[g].sha256;
         if (!fits(g, shard.sha256, before)) return false;
         changed = changed || shard.sha256 != before;
         manifest.shards.push_back(std::move(shard));

@@ -35,8 +35,7 @@ void copy_trajectory(const RecordingReader& from, RecordingWriter& to) {
         from.read(0, begin, count, x);
         const std::vector<FrameExtras> extras = from.read_extras(0, begin, count);
         for (int i = 0; i < count; ++i)
-            to.add_frame(handle, times[static_cast<std::size_t>(begin + i)],
-                         x.middleRows(Eigen::Index{i} * nodes, nodes), extras[static_cast<std::size_t>(i)]);
+            to.add_frame(handle, times[begin + i], x.middleRows(Eigen::Index{i} * nodes, nodes), extras[i]);
     }
     to.end_trajectory(handle, info.failure, from.facts(0));
 }

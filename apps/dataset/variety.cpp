@@ -53,12 +53,11 @@ VarietyMeter::VarietyMeter(const Body& body, long frames)
       sum_(Eigen::VectorXd::Zero(body.modes.count())),
       squares_(sum_) {
     const Tets& T = body.tets.T;
-    const auto materials = materials_of_tets(body.material, body.regions, static_cast<int>(T.rows()));
+    const auto materials = materials_of_tets(body.material, body.regions, T.rows());
     for (Eigen::Index t = 0; t < T.rows(); ++t) {
         const Eigen::Matrix3d E = edges(body.tets.X, T, t);
         inverses_.push_back(E.inverse());
-        for (int k = 0; k < 4; ++k)
-            masses_[T(t, k)] += materials[static_cast<std::size_t>(t)]->density * E.determinant() / 24;
+        for (int k = 0; k < 4; ++k) masses_[T(t, k)] += materials[t]->density * E.determinant() / 24;
     }
     const Eigen::RowVector3d centre = masses_.transpose() * body.tets.X / masses_.sum();
     rest_ = body.tets.X.rowwise() - centre;
@@ -71,11 +70,11 @@ void VarietyMeter::measure(const Eigen::Ref<const Vertices>& frame, Sample& samp
     x.rowwise() -= (masses_.transpose() * x / masses_.sum()).eval();
     sample.histogram.assign(bins, 0);
     for (Eigen::Index t = 0; t < body_.tets.T.rows(); ++t) {
-        const Eigen::Matrix3d F = edges(x, body_.tets.T, t) * inverses_[static_cast<std::size_t>(t)];
+        const Eigen::Matrix3d F = edges(x, body_.tets.T, t) * inverses_[t];
         Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
         solver.computeDirect(F.transpose() * F, Eigen::EigenvaluesOnly);
         const Eigen::Vector3d stretch = solver.eigenvalues().cwiseMax(0).cwiseSqrt();
-        for (const double s : stretch) ++sample.histogram[static_cast<std::size_t>(bin_of(s))];
+        for (const double s : stretch) ++sample.histogram[bin_of(s)];
         sample.least = std::min(sample.least, stretch.minCoeff());
         sample.largest = std::max(sample.largest, stretch.maxCoeff());
     }
@@ -102,8 +101,8 @@ void VarietyMeter::add(const RecordingReader& recording) {
     constexpr std::size_t frames_at_once = 16;
     const auto& infos = recording.trajectories();
     const Eigen::Index nodes = body_.tets.X.rows();
-    for (int i = 0; i < static_cast<int>(infos.size()); ++i) {
-        const TrajectoryInfo& info = infos[static_cast<std::size_t>(i)];
+    for (int i = 0; i < std::ssize(infos); ++i) {
+        const TrajectoryInfo& info = infos[i];
         KindVariety& kind = counts_.kinds[kind_of(info.recipe)];
         ++kind.trajectories;
         if (!info.failure.empty()) {
@@ -128,10 +127,10 @@ void VarietyMeter::add(const RecordingReader& recording) {
             std::vector<Sample> samples(count);
             for (std::size_t k = 0; k < count; ++k) recording.read(i, chosen[begin + k], 1, frames[k]);
             const auto measure_one = [&](int k) {
-                const auto slot = static_cast<std::size_t>(k);
+                const std::size_t slot = k;
                 if (frames[slot].rows() == nodes) measure(frames[slot], samples[slot]);
             };
-            parallel_for(static_cast<int>(count), measure_one, 1);
+            parallel_for(count, measure_one, 1);
             for (const Sample& sample : samples)
                 if (!sample.histogram.empty()) take(sample);
         }
@@ -157,9 +156,7 @@ Variety VarietyMeter::report() const {
     for (const double quantile : variety_quantiles) {
         std::int64_t below = 0;
         int bin = 0;
-        while (bin < bins - 1 &&
-               (below += histogram_[static_cast<std::size_t>(bin)]) < quantile * static_cast<double>(total))
-            ++bin;
+        while (bin < bins - 1 && (below += histogram_[bin]) < quantile * static_cast<double>(total)) ++bin;
         variety.stretch.push_back(stretch_of(bin));
     }
     const double mass = masses_.sum(), n = variety.sampled;

@@ -52,7 +52,7 @@ Ended run_script(const std::string& python, std::vector<std::string> arguments) 
     if (failed == 0) {
         char buffer[4096];
         for (ssize_t count = 0; (count = read(ends[0], buffer, sizeof buffer)) != 0;) {
-            if (count > 0) ended.error.append(buffer, static_cast<std::size_t>(count));
+            if (count > 0) ended.error.append(buffer, count);
             if (count < 0 && errno != EINTR) break;
         }
         int status = 0;

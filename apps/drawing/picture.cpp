@@ -24,24 +24,24 @@ Corners corners(const PictureSurface& surface, int f) {
 /// Normals at the corners of every face, averaged over the faces around the vertex, except those beyond a
 /// sharp edge.
 std::vector<Corners> corner_normals(const PictureSurface& surface) {
-    const int faces = static_cast<int>(surface.F.rows());
-    std::vector<Eigen::Vector3f> area(static_cast<std::size_t>(faces));
-    std::vector<std::vector<int>> around(static_cast<std::size_t>(surface.x.rows()));
+    const int faces = surface.F.rows();
+    std::vector<Eigen::Vector3f> area(faces);
+    std::vector<std::vector<int>> around(surface.x.rows());
     for (int f = 0; f < faces; ++f) {
         const Corners p = corners(surface, f);
-        area[static_cast<std::size_t>(f)] = (p[1] - p[0]).cross(p[2] - p[0]);
-        for (int c = 0; c < 3; ++c) around[static_cast<std::size_t>(surface.F(f, c))].push_back(f);
+        area[f] = (p[1] - p[0]).cross(p[2] - p[0]);
+        for (int c = 0; c < 3; ++c) around[surface.F(f, c)].push_back(f);
     }
-    std::vector<Corners> normals(static_cast<std::size_t>(faces));
+    std::vector<Corners> normals(faces);
     for (int f = 0; f < faces; ++f) {
-        const Eigen::Vector3f& own = area[static_cast<std::size_t>(f)];
+        const Eigen::Vector3f& own = area[f];
         for (int c = 0; c < 3; ++c) {
             Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-            for (const int g : around[static_cast<std::size_t>(surface.F(f, c))]) {
-                const Eigen::Vector3f& other = area[static_cast<std::size_t>(g)];
+            for (const int g : around[surface.F(f, c)]) {
+                const Eigen::Vector3f& other = area[g];
                 if (own.dot(other) >= crease * own.norm() * other.norm()) sum += other;
             }
-            normals[static_cast<std::size_t>(f)][static_cast<std::size_t>(c)] = sum.stableNormalized();
+            normals[f][c] = sum.stableNormalized();
         }
     }
     return normals;
@@ -111,7 +111,7 @@ class Drawing {
                 cells[c] = {static_cast<float>(width_) / 2 + q[c].x() / cell_,
                             static_cast<float>(height_) / 2 - q[c].y() / cell_};
             }
-            const Corners& n = normals[static_cast<std::size_t>(f)];
+            const Corners& n = normals[f];
             for_each_cell(cells, width_, height_, [&](int x, int y, const Eigen::Vector3f& w) {
                 Seen& seen = samples_[index(x, y)];
                 const float depth = w[0] * q[0].z() + w[1] * q[1].z() + w[2] * q[2].z();

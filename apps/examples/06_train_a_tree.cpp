@@ -27,7 +27,7 @@ static void record(const nbd::Body& body, int trajectories, const char* path) {
                                                        .body_hash = nbd::body_hash(body),
                                                        .recipe = excitation.recipe(id),
                                                        .failure = {}},
-                                                      static_cast<int>(body.tets.X.rows()));
+                                                      body.tets.X.rows());
         const nbd::TrajectoryResult result = excitation.run(id, [&](const nbd::ExcitedFrame& frame) {
             recording.add_frame(handle, frame.time, frame.x.cast<float>());
         });

@@ -57,15 +57,15 @@ void ContactEdgeFinder::meet_obstacles(std::size_t body, double time, std::vecto
     const Faces& F = surfaces_[body]->tree->faces;
     const double reach = surfaces_[body]->distances.bodies;
     for (std::size_t k = 0; k < obstacles_.size(); ++k) {
-        std::vector<bool> touches(static_cast<std::size_t>(x_[body].rows()));
+        std::vector<bool> touches(x_[body].rows());
         for (Eigen::Index v = 0; v < x_[body].rows(); ++v) {
             const auto found =
                 signed_distance(obstacles_[k], x_[body].row(v).transpose().cast<double>(), time, reach);
-            touches[static_cast<std::size_t>(v)] = found && found->distance <= reach;
+            touches[v] = found && found->distance <= reach;
         }
         for (int f = 0; f < F.rows(); ++f)
-            if (std::ranges::any_of(F.row(f), [&](int v) { return touches[static_cast<std::size_t>(v)]; }))
-                edges.push_back({f, obstacle_partner(static_cast<int>(k)), -1});
+            if (std::ranges::any_of(F.row(f), [&](int v) { return touches[v]; }))
+                edges.push_back({f, obstacle_partner(k), -1});
     }
 }
 

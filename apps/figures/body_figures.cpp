@@ -21,7 +21,7 @@ std::vector<BoundKind> bounds_of(const CollisionTree& tree, std::vector<BoundKin
 int trajectories_of(const std::vector<FrameId>& frames) {
     std::set<int> seen;
     for (const FrameId& frame : frames) seen.insert(frame.trajectory);
-    return static_cast<int>(seen.size());
+    return seen.size();
 }
 
 std::vector<double> chart_margins() {

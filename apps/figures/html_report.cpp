@@ -84,8 +84,7 @@ std::string facts(const TreeFile& file, const BodyFigures& figures) {
                         "than {:.3g} %",
                         name(kind), 100 * calibration.miss_rate, 100 * calibration.confidence,
                         calibration.poses, calibration.trajectories,
-                        100 * share_kept_but_for(0.05, static_cast<std::size_t>(calibration.trajectories),
-                                                 calibration.confidence)));
+                        100 * share_kept_but_for(0.05, calibration.trajectories, calibration.confidence)));
     return text + "</table>\n";
 }
 

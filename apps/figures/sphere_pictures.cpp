@@ -61,9 +61,8 @@ std::vector<PictureSurface> body_surfaces(const CollisionTree& tree, const Verti
             (out ? outside : inside).push_back(f);
         }
     const auto select = [&](const std::vector<int>& rows) {
-        Faces F(static_cast<Eigen::Index>(rows.size()), 3);
-        for (std::size_t i = 0; i < rows.size(); ++i)
-            F.row(static_cast<Eigen::Index>(i)) = tree.faces.row(rows[i]);
+        Faces F(rows.size(), 3);
+        for (std::size_t i = 0; i < rows.size(); ++i) F.row(i) = tree.faces.row(rows[i]);
         return F;
     };
     return {{x, select(inside), body_colour}, {x, select(outside), outside_colour}};
@@ -116,8 +115,8 @@ std::vector<NodeSphere> spheres_in_pose(const std::shared_ptr<const CollisionTre
     for (const BoundKind kind : bounds) {
         PosedTree posed(tree, kind, 0.f);
         posed.begin_pose(VertexView::as_long_as(x));
-        for (int i = 0; i < static_cast<int>(tree->spheres.nodes.size()); ++i) {
-            const int depth = tree->spheres.nodes[static_cast<std::size_t>(i)].depth;
+        for (int i = 0; i < std::ssize(tree->spheres.nodes); ++i) {
+            const int depth = tree->spheres.nodes[i].depth;
             if (depth != 1 && depth != 3 && depth != 5 && depth != 7) continue;
             NodeSphere s{kind, depth, i, posed.sphere(i), 0};
             for (const int v : tree->spheres.node_vertices(i)) s.outside += lies_outside(x, v, s.sphere);
@@ -155,15 +154,14 @@ SpherePictures draw_spheres(const std::string& title, const CollisionTree& tree,
         pictures.labels.push_back(label_of(kind));
         if (zoom > 1.1f) pictures.labels.back() += fmt::format(", drawn {:.1f} times smaller", zoom);
     }
-    const int columns = static_cast<int>(depths.size());
+    const int columns = depths.size();
     std::vector<Image> tiles(bounds.size() * depths.size());
     parallel_for(
-        static_cast<int>(tiles.size()),
+        tiles.size(),
         [&](int i) {
             const auto row = static_cast<std::size_t>(i / columns),
                        column = static_cast<std::size_t>(i % columns);
-            tiles[static_cast<std::size_t>(i)] =
-                picture(tree, pose, of(bounds[row], depths[column]), cameras[row]);
+            tiles[i] = picture(tree, pose, of(bounds[row], depths[column]), cameras[row]);
         },
         1);
     pictures.tiles = contact_sheet(tiles, columns);

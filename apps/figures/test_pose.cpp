@@ -25,14 +25,14 @@ TestPose typical_pose(const TreeFile& tree, const RecordingReader& recording,
         return static_cast<double>((y - body.X).rowwise().norm().mean() / size);
     };
     for_each_frame(body, recording, candidates, [&](int, int index, VerticesRef x) {
-        const auto i = static_cast<std::size_t>(index);
+        const std::size_t i = index;
         deformed[i] = {deformation(aligned(body.X, x)), candidates[i]};
     });
     const auto middle = deformed.begin() + static_cast<std::ptrdiff_t>(deformed.size() / 2);
     std::nth_element(deformed.begin(), middle, deformed.end());
 
     const FrameId chosen = middle->second;
-    const auto& info = recording.trajectories()[static_cast<std::size_t>(chosen.trajectory)];
+    const auto& info = recording.trajectories()[chosen.trajectory];
     TestPose pose{info.id, chosen.frame, middle->first, {}};
     for_each_frame(body, recording, std::span(&chosen, 1),
                    [&](int, int, VerticesRef x) { pose.x = aligned(body.X, x); });

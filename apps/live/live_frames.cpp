@@ -45,12 +45,8 @@ void clear_fixed(ViewScene& scene) {
 }
 
 ViewSources reading(ViewSources sources, const LiveFrame& frame) {
-    sources.read_nodes = [&frame](int body, int, Vertices& x) {
-        x = frame.nodes[static_cast<std::size_t>(body)];
-    };
-    sources.read_forces = [&frame](int body, int, Vertices& x) {
-        x = frame.contact_forces[static_cast<std::size_t>(body)];
-    };
+    sources.read_nodes = [&frame](int body, int, Vertices& x) { x = frame.nodes[body]; };
+    sources.read_forces = [&frame](int body, int, Vertices& x) { x = frame.contact_forces[body]; };
     return sources;
 }
 

@@ -28,7 +28,7 @@ void LiveRun::begin(const SceneSpec& spec, std::span<const LoadedBody> bodies,
     ViewSources sources = sources_of_scene(spec, bodies, world);
     std::size_t bytes = 0;  // of a frame
     for (int b = 0; b < world->body_count(); ++b) {
-        ViewSource& source = sources.bodies[static_cast<std::size_t>(b)];
+        ViewSource& source = sources.bodies[b];
         source.start = world->state(b).x.cast<float>();
         source.has_forces = true;
         bytes += 6 * sizeof(float) * static_cast<std::size_t>(source.start.rows());

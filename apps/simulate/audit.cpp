@@ -30,7 +30,7 @@ void Audit::Side::begin_poses(World& world, std::vector<HungSurface>& hung) {
     tests = 0;
     us = 0;
     for (std::size_t i = 0; i < trees.size(); ++i) {
-        const int body = static_cast<int>(i);
+        const int body = i;
         const bool takes_surface = hung[i].W.rows() > 0 && trees[i].kind() != BoundKind::affine;
         if (takes_surface) apply_embedding(hung[i].W, world.state(body).x.cast<float>(), hung[i].x);
         const Stopwatch watch;

@@ -24,8 +24,8 @@ bool are_up_to_date(const SceneOutput& paths, const std::vector<std::filesystem:
 
 /// Whether every trajectory of a recording has as many frames, and what its frames are to hold.
 bool has_all(const RecordingReader& recording, int frames, const ExtrasRequest& extras) {
-    for (int i = 0; i < static_cast<int>(recording.trajectories().size()); ++i) {
-        if (recording.trajectories()[static_cast<std::size_t>(i)].frames != frames) return false;
+    for (int i = 0; i < std::ssize(recording.trajectories()); ++i) {
+        if (recording.trajectories()[i].frames != frames) return false;
         const FrameContents& contents = recording.contents(i);
         if (extras.contact_edges && !contents.contact_edges) return false;
         for (const FrameFieldName& field : frame_fields)

@@ -46,8 +46,7 @@ std::string read_at(int descriptor, std::uint64_t position, std::uint64_t size) 
     std::string bytes(size, '\0');
     std::size_t got = 0;
     while (got < bytes.size()) {
-        const ssize_t n =
-            pread(descriptor, bytes.data() + got, bytes.size() - got, static_cast<off_t>(position + got));
+        const ssize_t n = pread(descriptor, bytes.data() + got, bytes.size() - got, position + got);
         if (n < 0 && errno == EINTR) continue;
         if (n <= 0) break;
         got += static_cast<std::size_t>(n);
@@ -118,7 +117,7 @@ Journal::Journal(std::filesystem::path path, const Facts& facts, bool resume) : 
         position_ = first;
         if (!has_records) {
             position_ = magic.size();
-            if (ftruncate(descriptor_, static_cast<off_t>(position_)) != 0) fail(std::strerror(errno));
+            if (ftruncate(descriptor_, position_) != 0) fail(std::strerror(errno));
             write_at_end(framed(to_text(facts)));
             return;
         }
@@ -159,7 +158,7 @@ std::optional<std::string> Journal::next() {
     std::optional<std::string> record = read_record();
     if (record)
         ++records_;
-    else if (ftruncate(descriptor_, static_cast<off_t>(position_)) != 0)
+    else if (ftruncate(descriptor_, position_) != 0)
         fail(fmt::format("cannot truncate it after the last complete record: {}", std::strerror(errno)));
     return record;
 }
@@ -172,10 +171,10 @@ void Journal::append(std::string_view record) {
 void Journal::write_at_end(std::string_view bytes) {
     std::uint64_t end = position_;
     while (!bytes.empty()) {
-        const ssize_t n = pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(end));
+        const ssize_t n = pwrite(descriptor_, bytes.data(), bytes.size(), end);
         if (n < 0 && errno == EINTR) continue;
         if (n < 0) fail(fmt::format("cannot write: {}", std::strerror(errno)));
-        bytes.remove_prefix(static_cast<std::size_t>(n));
+        bytes.remove_prefix(n);
         end += static_cast<std::uint64_t>(n);
     }
     if (fdatasync(descriptor_) != 0) fail(fmt::format("cannot write: {}", std::strerror(errno)));

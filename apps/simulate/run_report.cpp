@@ -32,7 +32,7 @@ void tell_start(const std::string& scene, const SceneSpec& spec, std::span<const
     for (const auto& [body, by] : moves)
         out.announcement(
             fmt::format("body {} '{}' intersects at the start and was moved by ({:.3g}, {:.3g}, {:.3g}) m",
-                        body, spec.bodies[static_cast<std::size_t>(body)].name, by.x(), by.y(), by.z()));
+                        body, spec.bodies[body].name, by.x(), by.y(), by.z()));
     if (const std::string line = start_warning(start_faults(world, body_labels(spec)), spec.resolve_start);
         !line.empty())
         out.warning(fmt::format("{}: {}", scene, line));

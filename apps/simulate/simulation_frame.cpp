@@ -9,8 +9,8 @@ namespace {
 
 /// The vectors as rows of a matrix, since Eigen vectors are not plain values.
 Nodes rows_of(const std::vector<Eigen::Vector3d>& vectors) {
-    Nodes rows(static_cast<Eigen::Index>(vectors.size()), 3);
-    for (std::size_t i = 0; i < vectors.size(); ++i) rows.row(static_cast<Eigen::Index>(i)) = vectors[i];
+    Nodes rows(vectors.size(), 3);
+    for (std::size_t i = 0; i < vectors.size(); ++i) rows.row(i) = vectors[i];
     return rows;
 }
 

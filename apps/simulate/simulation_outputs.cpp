@@ -74,7 +74,7 @@ SimulationOutputs::SimulationOutputs(const SceneOutput& paths, const SceneSpec& 
     if (extras_.contact_edges) contact_edges_.emplace(contact_edge_finder(world));
     TrajectoryInfo info{.seed = spec.seed, .body_hash = {}, .recipe = spec.text, .failure = {}};
     for (int b = 0; b < world.body_count(); ++b) {
-        const auto i = static_cast<std::size_t>(b);
+        const std::size_t i = b;
         info.id = b;
         info.body_hash = body_hashes[i];
         FrameContents contents{.tets = world.elastic(b).element_count(), .fields = extras_.fields};
@@ -111,14 +111,14 @@ void SimulationOutputs::add_to_recording(const SimulationFrame& frame) {
     if (contact_edges_) edges = contact_edges_->find(nodes, frame.world.time);
     for (std::size_t b = 0; b < handles_.size(); ++b) {
         FrameExtras extras;
-        add_fields(extras_, world_.elastic(static_cast<int>(b)), frame.world.bodies[b].x,
-                   frame.contact_forces[b], extras);
+        add_fields(extras_, world_.elastic(b), frame.world.bodies[b].x, frame.contact_forces[b], extras);
         extras.contact_edges = std::move(edges[b]);
         recording_.add_frame(handles_[b], frame.world.time, nodes[b], extras);
         watches_[b].see(nodes[b]);
     }
     troubled_.push_back(static_cast<std::int32_t>(
-        std::ranges::count_if(frame.steps, [](const StepRow& step) { return spoils_pose(step.trouble); })));
+        std::ranges::count_if(frame.steps, [](const StepRow& step) {
+        return spoils_pose(step.trouble); }));
 }
 
 void SimulationOutputs::add_vtu(const SimulationFrame& frame) {
@@ -126,7 +126,7 @@ void SimulationOutputs::add_vtu(const SimulationFrame& frame) {
     std::vector<VtuBody> grids;
     stresses.reserve(start_.size());
     for (std::size_t b = 0; b < start_.size(); ++b) {
-        const ElasticBody& elastic = world_.elastic(static_cast<int>(b));
+        const ElasticBody& elastic = world_.elastic(b);
         const BodyState& state = frame.world.bodies[b];
         stresses.push_back(von_mises_stress(elastic, state.x));
         grids.push_back({.T = &elastic.rest().T,
@@ -142,7 +142,7 @@ void SimulationOutputs::add_vtu(const SimulationFrame& frame) {
 void SimulationOutputs::add_surfaces(const SimulationFrame& frame) {
     std::vector<TriMesh> surfaces;
     for (std::size_t b = 0; b < start_.size(); ++b) {
-        const ContactSurface& surface = world_.surface(static_cast<int>(b));
+        const ContactSurface& surface = world_.surface(b);
         surfaces.push_back({embedded(surface.W(), frame.world.bodies[b].x), surface.F()});
         if (!paths_.obj.empty())
             write_surface(paths_.obj / fmt::format("{}_{:06}.obj", names_[b], frame.number),

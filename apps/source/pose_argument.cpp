@@ -93,7 +93,7 @@ int find_frames(const RecordingReader& recording, const RecordedFrames& frames, 
     if (frames.frame.value_or(0) >= found->frames)
         throw std::runtime_error(fmt::format("{}: no frame {} in trajectory {}, it has {}", frames.path,
                                              frames.frame.value_or(0), frames.trajectory, found->frames));
-    return static_cast<int>(found - trajectories.begin());
+    return found - trajectories.begin();
 }
 
 PosedSurface read_pose(const std::string& argument, BoundKind bounds) {

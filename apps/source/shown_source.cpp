@@ -131,7 +131,7 @@ ShownRecording open_frames(const SourceArgument& argument, const std::string& tr
     Subject subject = subject_of(argument, tree);
     const auto recording = std::make_shared<const RecordingReader>(frames.path);
     const int trajectory = find_frames(*recording, frames, subject.hash, subject.whose);
-    const TrajectoryInfo& info = recording->trajectories()[static_cast<std::size_t>(trajectory)];
+    const TrajectoryInfo& info = recording->trajectories()[trajectory];
     ShownRecording shown;
     shown.origin = recording->origin();
     ViewScene& scene = shown.scene;
@@ -141,7 +141,7 @@ ShownRecording open_frames(const SourceArgument& argument, const std::string& tr
     scene.numbers =
         frames.frame ? std::vector{*frames.frame} : even_frames(scene.recorded_frames, argument.frames);
     const std::vector<double> times = recording->times(trajectory);
-    for (const int number : scene.numbers) scene.times.push_back(times[static_cast<std::size_t>(number)]);
+    for (const int number : scene.numbers) scene.times.push_back(times[number]);
     ViewSources& sources = shown.sources;
     subject.source.has_forces = recording->has(trajectory, FrameField::contact_forces);
     sources.bodies.push_back(std::move(subject.source));

@@ -27,8 +27,8 @@ ViewBounds bounds_of(PosedBody& body) {
     const PosedTree& tree = body.drawn();
     const std::vector<SphereTree::Node>& nodes = tree.tree().spheres.nodes;
     ViewBounds bounds{std::string(name(tree.kind())), is_box(tree.kind()), {0}, {}};
-    for (int node = 0; node < static_cast<int>(nodes.size()); ++node) {
-        const int depth = nodes[static_cast<std::size_t>(node)].depth;
+    for (int node = 0; node < std::ssize(nodes); ++node) {
+        const int depth = nodes[node].depth;
         if (depth > deepest) break;
         bounds.first_node.resize(static_cast<std::size_t>(depth) + 2);
         bounds.first_node.back() = node + 1;
@@ -73,8 +73,7 @@ std::vector<std::vector<Box>> box_levels(AffineBoxes& boxes, std::size_t most) {
     if (!fits(leaf_count)) return levels;
     std::vector<Box>& leaves = levels.emplace_back();
     for (int b = 0; b < tree.blocks(); ++b)
-        for (int l = 0; l < tree.leaves_in[static_cast<std::size_t>(b)]; ++l)
-            leaves.push_back(boxes.leaves(b).boxes.box(l));
+        for (int l = 0; l < tree.leaves_in[b]; ++l) leaves.push_back(boxes.leaves(b).boxes.box(l));
     return levels;
 }
 

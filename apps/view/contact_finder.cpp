@@ -90,17 +90,17 @@ void ContactFinder::meet_itself(PosedBody& body, std::size_t index, Marked& mark
 /// Marks faces with a vertex that is near an obstacle, or behind its surface.
 void ContactFinder::meet_obstacles(const PosedBody& body, double time, Marked& marked) const {
     if (obstacles_.empty()) return;
-    std::vector<bool> is_near(static_cast<std::size_t>(body.x().rows()));
+    std::vector<bool> is_near(body.x().rows());
     for (Eigen::Index v = 0; v < body.x().rows(); ++v)
         for (const Obstacle& obstacle : obstacles_) {
             const auto found =
                 signed_distance(obstacle, body.x().row(v).transpose().cast<double>(), time, distance_);
-            if (found && found->distance <= distance_) is_near[static_cast<std::size_t>(v)] = true;
+            if (found && found->distance <= distance_) is_near[v] = true;
         }
     const Faces& F = body.tree().faces;
     for (Eigen::Index f = 0; f < F.rows(); ++f)
         for (int c = 0; c < 3; ++c)
-            if (is_near[static_cast<std::size_t>(F(f, c))]) {
+            if (is_near[F(f, c)]) {
                 marked.near.push_back(static_cast<std::uint32_t>(f));
                 break;
             }

@@ -65,7 +65,7 @@ void ViewMaker::add_frame(std::size_t frame, ViewScene& scene) {
     for (std::size_t b = 0; b < posed_.size(); ++b) {
         const ViewSource& source = sources_.bodies[b];
         ViewBody& view = scene.bodies[b];
-        sources_.read_nodes(static_cast<int>(b), number, x_);
+        sources_.read_nodes(b, number, x_);
         const Eigen::Index rows = x_.rows();
         if (frame == 0) view.nodes.resize(static_cast<Eigen::Index>(scene.frames()) * rows, 3);
         view.nodes.middleRows(static_cast<Eigen::Index>(frame) * rows, rows) = x_;
@@ -73,7 +73,7 @@ void ViewMaker::add_frame(std::size_t frame, ViewScene& scene) {
         add_bounds(posed_[b], *view.bounds);
         if (source.elastic) add_node_stress(*source.elastic, x_.cast<double>(), view.scalars[0].values);
         if (!source.has_forces) continue;
-        sources_.read_forces(static_cast<int>(b), number, x_);
+        sources_.read_forces(b, number, x_);
         const Eigen::VectorXf sizes = x_.rowwise().norm();
         std::vector<float>& forces = view.scalars.back().values;
         forces.insert(forces.end(), sizes.begin(), sizes.end());
@@ -89,7 +89,7 @@ void make_view(const ViewSources& sources, ViewScene& scene) {
     maker.begin(scene);
     for (std::size_t f = 0; f < scene.frames(); ++f) {
         maker.add_frame(f, scene);
-        if (sources.progress) sources.progress(static_cast<int>(f) + 1, static_cast<int>(scene.frames()));
+        if (sources.progress) sources.progress(static_cast<int>(f) + 1, scene.frames());
     }
 }
 

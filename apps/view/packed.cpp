@@ -28,7 +28,7 @@ template <class Word>
 std::vector<Word> remainders(std::span<const Word> numbers, std::size_t row, int stride, int time,
                              bool space) {
     std::vector<Word> result(numbers.size());
-    const auto step = static_cast<std::size_t>(stride);
+    const std::size_t step = stride;
     const auto remainder = [&](std::size_t i) {
         const Word once = time > 0 && i >= row ? numbers[i - row] : Word{0};
         const Word twice =

@@ -55,9 +55,7 @@ class PageData {
         return add(pack(corners, 3, 3));
     }
 
-    Json add_positions(const Vertices& x) {
-        return add(pack(std::span(x.data(), static_cast<std::size_t>(x.size()))));
-    }
+    Json add_positions(const Vertices& x) { return add(pack(std::span(x.data(), x.size()))); }
 
     const std::vector<std::string>& texts() const noexcept { return texts_; }
 
@@ -98,7 +96,7 @@ Json fixed_json(const ViewBody& body, std::size_t frames, PageData& data) {
 
 /// Adds what the frames hold.
 void add_frames(const ViewBody& body, std::size_t frames, PageData& data, Json& json) {
-    const std::span nodes(body.nodes.data(), static_cast<std::size_t>(body.nodes.size()));
+    const std::span nodes(body.nodes.data(), body.nodes.size());
     json["nodes"] = data.add_quantised(nodes, frames, 3, 65535);
     json["scalars"] = Json::array();
     for (const NodeScalar& scalar : body.scalars) {

@@ -10,7 +10,7 @@
 namespace nbd {
 
 Quantised quantise(std::span<const float> numbers, int columns, int steps) {
-    const auto k = static_cast<std::size_t>(columns);
+    const std::size_t k = columns;
     if (columns < 1 || numbers.size() % k != 0 || steps < 1 || steps > 65535)
         throw std::invalid_argument(fmt::format("{} numbers in {} columns with {} steps cannot be quantised",
                                                 numbers.size(), columns, steps));

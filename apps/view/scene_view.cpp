@@ -51,7 +51,7 @@ ViewSources sources_of_scene(const SceneSpec& spec, std::span<const LoadedBody> 
                              std::shared_ptr<const World> world) {
     ViewSources sources;
     for (std::size_t b = 0; b < bodies.size(); ++b) {
-        const int body = static_cast<int>(b);
+        const int body = b;
         const SceneBody& of_scene = spec.bodies[b];
         ViewSource& source = sources.bodies.emplace_back();
         source.name = of_scene.name;
@@ -83,13 +83,13 @@ ShownRecording shown_scene(std::shared_ptr<const RecordingReader> recording, Sce
     scene.recorded_frames = common_frames(*recording);
     scene.numbers = even_frames(scene.recorded_frames, frames);
     const std::vector<double> times = recording->times(0);
-    for (const int number : scene.numbers) scene.times.push_back(times[static_cast<std::size_t>(number)]);
+    for (const int number : scene.numbers) scene.times.push_back(times[number]);
 
     ViewSources& sources = shown.sources;
     sources = sources_of_scene(spec, bodies, std::make_shared<const World>(build_world(spec, bodies)));
     for (std::size_t b = 0; b < bodies.size(); ++b) {
-        recording->read(static_cast<int>(b), 0, 1, sources.bodies[b].start);
-        sources.bodies[b].has_forces = recording->has(static_cast<int>(b), FrameField::contact_forces);
+        recording->read(b, 0, 1, sources.bodies[b].start);
+        sources.bodies[b].has_forces = recording->has(b, FrameField::contact_forces);
     }
     sources.read_nodes = [recording](int body, int frame, Vertices& x) {
         recording->read(body, frame, 1, x);

@@ -20,7 +20,7 @@ ViewScene view_of_surfaces(const std::vector<ShownSurface>& surfaces, const std:
         source.start = surface.rest;
     }
     sources.contact_distance = distance;
-    sources.read_nodes = [&](int body, int, Vertices& x) { x = surfaces[static_cast<std::size_t>(body)].x; };
+    sources.read_nodes = [&](int body, int, Vertices& x) { x = surfaces[body].x; };
     make_view(sources, scene);
     return scene;
 }

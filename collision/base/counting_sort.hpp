@@ -23,7 +23,7 @@ class CountingSort {
         for (const Item& item : items) ++begin_[static_cast<std::size_t>(key(item)) + 1];
         std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
         ordered_.resize(items.size());
-        for (const Item& item : items) ordered_[begin_[static_cast<std::size_t>(key(item))]++] = item;
+        for (const Item& item : items) ordered_[begin_[key(item)]++] = item;
         items.swap(ordered_);
     }
 

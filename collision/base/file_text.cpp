@@ -34,8 +34,8 @@ std::string file_text(const std::filesystem::path& path) {
     if (!file) fail(path, std::strerror(errno));
     std::string text;
     std::vector<char> piece(std::size_t{1} << 16);
-    while (file.read(piece.data(), static_cast<std::streamsize>(piece.size())) || file.gcount() > 0)
-        text.append(piece.data(), static_cast<std::size_t>(file.gcount()));
+    while (file.read(piece.data(), piece.size()) || file.gcount() > 0)
+        text.append(piece.data(), file.gcount());
     if (file.bad()) fail(path, std::strerror(errno));
     return text;
 }

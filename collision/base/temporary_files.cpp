@@ -39,7 +39,7 @@ int publish(const std::string& name) noexcept {
         if (!slots[i].state.compare_exchange_strong(expected, Slot::claimed)) continue;
         std::memcpy(slots[i].name.data(), name.c_str(), name.size() + 1);
         slots[i].state = Slot::live;
-        return static_cast<int>(i);
+        return i;
     }
     return -1;
 }
@@ -58,11 +58,11 @@ void add_written(const std::string& name) noexcept {
     char* end = written.names.data() + written.length;
     end = std::copy(separator.begin(), separator.end(), end);
     end = std::copy(name.begin(), name.end(), end);
-    written.length = static_cast<std::size_t>(end - written.names.data());
+    written.length = end - written.names.data();
 }
 
 void withdraw(int slot) noexcept {
-    if (slot >= 0) slots[static_cast<std::size_t>(slot)].state = Slot::free;
+    if (slot >= 0) slots[slot].state = Slot::free;
 }
 
 [[noreturn]] void fail(const std::filesystem::path& path, const std::string& what, int error) {
@@ -142,7 +142,7 @@ bool TemporaryFile::write(std::span<const char> bytes) noexcept {
     while (!bytes.empty() && error_ == 0) {
         const ssize_t n = ::write(descriptor_, bytes.data(), bytes.size());
         if (n >= 0)
-            bytes = bytes.subspan(static_cast<std::size_t>(n));
+            bytes = bytes.subspan(n);
         else if (errno != EINTR)
             error_ = errno;
     }

@@ -49,7 +49,7 @@ float query_distance(double distance, double rounding_a, double rounding_b) {
 
 /// The pairs that the query of the faces left out are those of `neighbours_`; both are narrowed here.
 void FeatureQuery::find(std::span<MovingBody> bodies, int body, double distance) {
-    MovingBody& b = bodies[static_cast<std::size_t>(body)];
+    MovingBody& b = bodies[body];
     Frame frame;
     frame.add(b);
     const double scale = frame.scale();
@@ -70,7 +70,7 @@ void FeatureQuery::find(std::span<MovingBody> bodies, int body, double distance)
 }
 
 void FeatureQuery::find(std::span<MovingBody> bodies, int a, int b, double distance) {
-    MovingBody &s = bodies[static_cast<std::size_t>(a)], &t = bodies[static_cast<std::size_t>(b)];
+    MovingBody &s = bodies[a], &t = bodies[b];
     const NumberedSurface of_s = s.numbered(a), of_t = t.numbered(b);
     const std::size_t before = pairs_.size();
     for (const FacePair& faces : pair_query_.boxes_within(
@@ -104,7 +104,7 @@ void FeatureQuery::keep_near(std::size_t first, const MovingBody& s, const Movin
 std::span<const FeaturePair> FeatureQuery::candidates(std::span<MovingBody> bodies, double distance) {
     require_distance("distance", distance);
     pairs_.clear();
-    const int count = static_cast<int>(bodies.size());
+    const int count = bodies.size();
     if (count > 1) {
         Frame frame;
         for (const MovingBody& body : bodies) frame.add(body);
@@ -115,12 +115,11 @@ std::span<const FeaturePair> FeatureQuery::candidates(std::span<MovingBody> bodi
         }
         for (int a = 0; a < count; ++a)
             for (int b = a + 1; b < count; ++b)
-                if (!bodies[static_cast<std::size_t>(a)].is_obstacle() ||
-                    !bodies[static_cast<std::size_t>(b)].is_obstacle())
+                if (!bodies[a].is_obstacle() || !bodies[b].is_obstacle())
                     find(bodies, a, b, distance * scale);
     }
     for (int b = 0; b < count; ++b)
-        if (!bodies[static_cast<std::size_t>(b)].is_obstacle()) find(bodies, b, distance);
+        if (!bodies[b].is_obstacle()) find(bodies, b, distance);
     std::ranges::sort(pairs_);
     const auto repeats = std::ranges::unique(pairs_);  // of faces that name a vertex twice
     pairs_.erase(repeats.begin(), repeats.end());
@@ -134,8 +133,7 @@ FreeStep FeatureQuery::collision_free_step(std::span<MovingBody> bodies, double 
         throw std::invalid_argument(message("left is ", left, ", allowed: 0 or more, below 1"));
     FreeStep step;
     for (const FeaturePair& pair : candidates(bodies, separation)) {
-        const MovingBody &a = bodies[static_cast<std::size_t>(pair.surface_a)],
-                         &b = bodies[static_cast<std::size_t>(pair.surface_b)];
+        const MovingBody &a = bodies[pair.surface_a], &b = bodies[pair.surface_b];
         const auto at = feature_vertices(pair, a, b);
         std::array<MovingPoint, 4> x;
         std::array<Eigen::Vector3d, 4> begin;

@@ -32,7 +32,7 @@ std::shared_ptr<const CollisionTree> tree_of(NodesRef X, FacesRef F) {
 MovingBody::MovingBody(NodesRef X, FacesRef F, BodyRole role)
     : role_(role),
       F_(F),
-      features_(surface_features(F, static_cast<int>(X.rows()))),
+      features_(surface_features(F, X.rows())),
       begin_(X),
       end_(X),
       tree_(tree_of(X, F), BoundKind::boxes),

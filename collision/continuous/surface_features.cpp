@@ -14,7 +14,7 @@ void list_edges(FacesRef F, SurfaceFeatures& features) {
         int low, high, face, corner;
     };
     std::vector<Side> sides;
-    sides.reserve(static_cast<std::size_t>(3 * F.rows()));
+    sides.reserve(3 * F.rows());
     for (int f = 0; f < F.rows(); ++f)
         for (int k = 0; k < 3; ++k) {
             const int i = F(f, (k + 1) % 3), j = F(f, (k + 2) % 3);
@@ -22,7 +22,7 @@ void list_edges(FacesRef F, SurfaceFeatures& features) {
         }
     std::ranges::sort(sides, {}, [](const Side& s) { return std::array{s.low, s.high, s.face, s.corner}; });
     features.face_edges.resize(F.rows(), 3);
-    features.edges.resize(static_cast<Eigen::Index>(sides.size()), 2);
+    features.edges.resize(sides.size(), 2);
     int edge = -1;
     for (std::size_t i = 0; i < sides.size(); ++i) {
         const Side& s = sides[i];
@@ -41,12 +41,12 @@ void list_vertex_faces(FacesRef F, int vertex_count, SurfaceFeatures& features) 
     const auto corners = F.reshaped<Eigen::RowMajor>();
     for (const int v : corners) ++begin[static_cast<std::size_t>(v) + 1];
     for (std::size_t v = 1; v < begin.size(); ++v) begin[v] += begin[v - 1];
-    features.vertex_faces.resize(static_cast<std::size_t>(F.size()));
+    features.vertex_faces.resize(F.size());
     std::vector<int> next(begin.begin(), begin.end() - 1);
     for (int f = 0; f < F.rows(); ++f)
         for (int k = 0; k < 3; ++k) {
-            int& slot = next[static_cast<std::size_t>(F(f, k))];
-            features.vertex_faces[static_cast<std::size_t>(slot++)] = f;
+            int& slot = next[F(f, k)];
+            features.vertex_faces[slot++] = f;
         }
 }
 
@@ -55,9 +55,9 @@ void list_vertex_faces(FacesRef F, int vertex_count, SurfaceFeatures& features) 
 template <class Visit>
 void for_each_neighbour(FacesRef F, const SurfaceFeatures& features, int face, const Visit& visit) {
     for (int k = 0; k < 3; ++k) {
-        const auto v = static_cast<std::size_t>(F(face, k));
+        const std::size_t v = F(face, k);
         for (int i = features.vertex_begin[v]; i < features.vertex_begin[v + 1]; ++i)
-            visit(features.vertex_faces[static_cast<std::size_t>(i)]);
+            visit(features.vertex_faces[i]);
     }
 }
 
@@ -82,7 +82,7 @@ SurfaceFeatures surface_features(FacesRef F, int vertex_count) {
 
 std::vector<FeaturePair> neighbour_features(FacesRef F, const SurfaceFeatures& features, int surface) {
     std::vector<FeaturePair> pairs;
-    for (int v = 0; v + 1 < static_cast<int>(features.vertex_begin.size()); ++v) {
+    for (int v = 0; v + 1 < std::ssize(features.vertex_begin); ++v) {
         const int owner = features.owner_of_vertex(v);
         if (owner < 0) continue;
         for_each_neighbour(F, features, owner, [&](int face) {

@@ -20,11 +20,10 @@ struct SurfaceFeatures {
     /// The face that owns a vertex or an edge, the first of its faces, so that a loop over faces can visit it
     /// once; -1 for a vertex without faces.
     int owner_of_vertex(int vertex) const noexcept {
-        const auto v = static_cast<std::size_t>(vertex);
-        return vertex_begin[v] < vertex_begin[v + 1] ? vertex_faces[static_cast<std::size_t>(vertex_begin[v])]
-                                                     : -1;
+        const std::size_t v = vertex;
+        return vertex_begin[v] < vertex_begin[v + 1] ? vertex_faces[vertex_begin[v]] : -1;
     }
-    int owner_of_edge(int edge) const noexcept { return edge_owners[static_cast<std::size_t>(edge)]; }
+    int owner_of_edge(int edge) const noexcept { return edge_owners[edge]; }
 };
 
 /// Any number of faces may share an edge. Throws std::invalid_argument for an index outside

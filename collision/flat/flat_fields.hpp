@@ -62,8 +62,7 @@ class FlatFieldWriter {
     template <EigenMatrix M>
     void field(std::string_view name, const M& matrix) {
         const FlatRows<typename M::Scalar> rows = matrix;
-        file_.add(name, static_cast<std::size_t>(rows.rows()), static_cast<std::size_t>(rows.cols()),
-                  rows.data());
+        file_.add(name, rows.rows(), rows.cols(), rows.data());
     }
     void field(std::string_view name, const FixedMatrix& matrix) { field(name, matrix.numbers()); }
     /// Writes a vector of structs, one array per member.
@@ -92,8 +91,7 @@ class FlatFieldWriter {
         if constexpr (EigenMatrix<T>) {
             FlatRows<typename T::Scalar> values(rows.size(), T::SizeAtCompileTime);
             for (std::size_t i = 0; i < rows.size(); ++i)
-                values.row(static_cast<Eigen::Index>(i)) =
-                    (rows[i].*column.member).template reshaped<Eigen::RowMajor>().transpose();
+                values.row(i) = (rows[i].*column.member).template reshaped<Eigen::RowMajor>().transpose();
             field(message(name, '/', column.name), values);
         } else {
             std::vector<FlatStored<T>> values;
@@ -179,17 +177,15 @@ class FlatFieldReader {
     template <class Struct, class T>
     void column(const std::string& name, std::vector<Struct>& rows, FlatColumn<Struct, T> column) {
         const std::string item = message(name, '/', column.name);
-        const auto count = static_cast<Eigen::Index>(rows.size());
+        const Eigen::Index count = rows.size();
         if constexpr (EigenMatrix<T>) {
             const auto stored = values<typename T::Scalar>(item, count, T::SizeAtCompileTime);
             for (Eigen::Index i = 0; i < count; ++i)
-                rows[static_cast<std::size_t>(i)].*column.member =
-                    stored.row(i).template reshaped<Eigen::RowMajor>(T::RowsAtCompileTime,
-                                                                     T::ColsAtCompileTime);
+                rows[i].*column.member = stored.row(i).template reshaped<Eigen::RowMajor>(
+                    T::RowsAtCompileTime, T::ColsAtCompileTime);
         } else {
             const auto stored = values<FlatStored<T>>(item, count, 1);
-            for (Eigen::Index i = 0; i < count; ++i)
-                rows[static_cast<std::size_t>(i)].*column.member = as<T>(item, stored(i, 0));
+            for (Eigen::Index i = 0; i < count; ++i) rows[i].*column.member = as<T>(item, stored(i, 0));
         }
     }
 

@@ -18,7 +18,7 @@ constexpr std::size_t aligned(std::size_t offset) noexcept {
     return (offset + alignment - 1) / alignment * alignment;
 }
 
-std::size_t number_bytes(std::string_view type) noexcept { return static_cast<std::size_t>(type[2] - '0'); }
+std::size_t number_bytes(std::string_view type) noexcept { return type[2] - '0'; }
 
 std::uint64_t checksum(std::span<const std::byte> file) noexcept {
     constexpr std::size_t at = offsetof(FlatHeader, checksum), after = at + sizeof(FlatHeader::checksum);

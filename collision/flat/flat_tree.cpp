@@ -128,8 +128,7 @@ constexpr auto tree_fields = [](auto& file, auto& tree, auto& fit) {
     if constexpr (!std::is_const_v<std::remove_reference_t<decltype(tree)>>)
         if (hung)
             hang_on_nodes(tree,
-                          embedding_of_rows(hung->row_begin, hung->columns, hung->weights,
-                                            static_cast<int>(hung->rest.rows())),
+                          embedding_of_rows(hung->row_begin, hung->columns, hung->weights, hung->rest.rows()),
                           hung->rest);
     for (const BoundKind kind : bound_kinds) {
         const std::string group = message("calibration/", name(kind));
@@ -174,8 +173,8 @@ std::vector<std::byte> file_content(const std::filesystem::path& path) {
     std::vector<std::byte> content;
     const auto read_to = [&](std::uintmax_t end) {
         const std::size_t begin = content.size();
-        content.resize(static_cast<std::size_t>(end));
-        in.read(reinterpret_cast<char*>(content.data() + begin), static_cast<std::streamsize>(end - begin));
+        content.resize(end);
+        in.read(reinterpret_cast<char*>(content.data() + begin), end - begin);
         if (!in) fail(path, "cannot be read: ", std::generic_category().message(errno));
     };
     read_to(std::min<std::uintmax_t>(size, sizeof(FlatHeader)));

@@ -16,7 +16,7 @@ EmbeddedPositions::EmbeddedPositions(std::span<const int> row_begin, std::span<c
       weights_(weights.begin(), weights.end()) {
     check_embedding_rows(row_begin, columns, weights, node_count);
     x_.setZero(4, vertex_count());
-    poses_.assign(static_cast<std::size_t>(vertex_count()), 0);
+    poses_.assign(vertex_count(), 0);
 }
 
 void EmbeddedPositions::begin_pose(VertexView nodes) {
@@ -32,7 +32,7 @@ void EmbeddedPositions::begin_pose(VertexView nodes) {
 }
 
 void EmbeddedPositions::compute(int vertex) noexcept {
-    const auto v = static_cast<std::size_t>(vertex);
+    const std::size_t v = vertex;
     const int begin = row_begin_[v];
     x_.col(vertex).head<3>() = embedded_position(row_begin_[v + 1] - begin, columns_.data() + begin,
                                                  weights_.data() + begin, nodes_.data(), nodes_.stride())
@@ -43,7 +43,7 @@ void EmbeddedPositions::compute(int vertex) noexcept {
 
 void EmbeddedPositions::compute_all() noexcept {
     for (int v = 0; v < vertex_count(); ++v)
-        if (poses_[static_cast<std::size_t>(v)] != pose_) compute(v);
+        if (poses_[v] != pose_) compute(v);
 }
 
 }  // namespace nbd

@@ -30,7 +30,7 @@ class EmbeddedPositions {
     /// Brings the rows of these vertices up to date with the pose. A row that is up to date costs one check.
     void compute(std::span<const int> vertices) noexcept {
         for (const int v : vertices)
-            if (poses_[static_cast<std::size_t>(v)] != pose_) compute(v);
+            if (poses_[v] != pose_) compute(v);
     }
     void compute_all() noexcept;
 

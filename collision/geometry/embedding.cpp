@@ -41,15 +41,14 @@ SurfaceEmbedding embedding_of_rows(std::span<const int> row_begin, std::span<con
     check_embedding_rows(row_begin, columns, weights, node_count);
     const auto rows = static_cast<int>(row_begin.size()) - 1;
     for (int v = 0; v < rows; ++v) {
-        const auto begin = static_cast<std::size_t>(row_begin[static_cast<std::size_t>(v)]),
-                   end = static_cast<std::size_t>(row_begin[static_cast<std::size_t>(v) + 1]);
+        const std::size_t begin = row_begin[v], end = row_begin[static_cast<std::size_t>(v) + 1];
         for (std::size_t k = begin + 1; k < end; ++k)
             if (columns[k - 1] >= columns[k])
                 throw std::invalid_argument(message("row ", v, " of an embedding refers to node ", columns[k],
                                                     " after node ", columns[k - 1], "; allowed: ascending"));
     }
-    return Eigen::Map<const SurfaceEmbedding>(rows, node_count, static_cast<int>(columns.size()),
-                                              row_begin.data(), columns.data(), weights.data());
+    return Eigen::Map<const SurfaceEmbedding>(rows, node_count, columns.size(), row_begin.data(),
+                                              columns.data(), weights.data());
 }
 
 }  // namespace nbd

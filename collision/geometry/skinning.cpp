@@ -73,7 +73,7 @@ class Tetrahedron {
 
     /// The corner opposite to a face.
     Eigen::Vector3d corner(int face) const {
-        const auto i = static_cast<std::size_t>(face);
+        const std::size_t i = face;
         // The normals n have sum 0 and sum n n^T = 4 I.
         Eigen::Vector3d q = -sum_ * normals[i];
         for (std::size_t j = 0; j < 4; ++j) q += offsets_[j] * normals[j];
@@ -81,7 +81,7 @@ class Tetrahedron {
     }
     /// Barycentric coordinate of one of the points, > 0; the four have sum 1.
     double coordinate(int corner, const Eigen::Vector3d& p) const {
-        const auto i = static_cast<std::size_t>(corner);
+        const std::size_t i = corner;
         return (offsets_[i] - normals[i].dot(scaled(p))) / sum_;
     }
 
@@ -112,8 +112,7 @@ void divide(VerticesRef X, std::span<int> vertices, const std::function<void(std
 
 }  // namespace
 
-Skinning::Skinning(VerticesRef X, const SurfaceEmbedding& weights)
-    : bone_count_(static_cast<int>(weights.cols())) {
+Skinning::Skinning(VerticesRef X, const SurfaceEmbedding& weights) : bone_count_(weights.cols()) {
     check_skinning(X, weights);
     std::vector<Eigen::Vector3f> nodes;
     std::vector<Eigen::Triplet<float>> entries;
@@ -121,8 +120,7 @@ Skinning::Skinning(VerticesRef X, const SurfaceEmbedding& weights)
         std::map<int, std::vector<std::pair<int, float>>> followers;  // of each bone, with their weights
         for (const int v : vertices)
             for (SurfaceEmbedding::InnerIterator entry(weights, v); entry; ++entry)
-                if (entry.value() != 0)
-                    followers[static_cast<int>(entry.col())].emplace_back(v, entry.value());
+                if (entry.value() != 0) followers[entry.col()].emplace_back(v, entry.value());
         for (const auto& [bone, with_weights] : followers) {
             std::vector<Eigen::Vector3d> points;
             for (const auto& [v, weight] : with_weights)
@@ -131,19 +129,18 @@ Skinning::Skinning(VerticesRef X, const SurfaceEmbedding& weights)
             for (int i = 0; i < 4; ++i) {
                 for (std::size_t p = 0; p < points.size(); ++p)
                     entries.emplace_back(
-                        with_weights[p].first, static_cast<int>(nodes.size()),
+                        with_weights[p].first, nodes.size(),
                         static_cast<float>(double{with_weights[p].second} * around.coordinate(i, points[p])));
                 nodes.emplace_back(around.corner(i).cast<float>());
             }
             bones_.push_back(bone);
         }
     };
-    std::vector<int> vertices(static_cast<std::size_t>(X.rows()));
+    std::vector<int> vertices(X.rows());
     std::iota(vertices.begin(), vertices.end(), 0);
     divide(X, vertices, add_patch);
-    rest_nodes_.resize(static_cast<Eigen::Index>(nodes.size()), 3);
-    for (std::size_t i = 0; i < nodes.size(); ++i)
-        rest_nodes_.row(static_cast<Eigen::Index>(i)) = nodes[i].transpose();
+    rest_nodes_.resize(nodes.size(), 3);
+    for (std::size_t i = 0; i < nodes.size(); ++i) rest_nodes_.row(i) = nodes[i].transpose();
     W_.resize(X.rows(), rest_nodes_.rows());
     W_.setFromTriplets(entries.begin(), entries.end());
 }
@@ -155,7 +152,7 @@ void Skinning::pose(std::span<const BoneTransform> bones, Vertices& nodes) const
     nodes.resize(rest_nodes_.rows(), 3);
     for (Eigen::Index i = 0; i < nodes.rows(); ++i) {
         const int bone = bones_[static_cast<std::size_t>(i / 4)];
-        const BoneTransform& M = bones[static_cast<std::size_t>(bone)];
+        const BoneTransform& M = bones[bone];
         nodes.row(i) = rest_nodes_.row(i) * M.leftCols<3>().transpose() + M.col(3).transpose();
     }
 }

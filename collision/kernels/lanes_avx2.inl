@@ -91,7 +91,7 @@ inline unsigned above(const Lanes& a, float limit) noexcept {
     const __m256 limits = _mm256_set1_ps(limit);
     const int low = _mm256_movemask_ps(_mm256_cmp_ps(a.v[0], limits, _CMP_GT_OQ)),
               high = _mm256_movemask_ps(_mm256_cmp_ps(a.v[1], limits, _CMP_GT_OQ));
-    return static_cast<unsigned>(low | high << 8);
+    return low | high << 8;
 }
 inline unsigned not_above(const Lanes& a, float limit) noexcept { return ~above(a, limit) & 0xffffu; }
 

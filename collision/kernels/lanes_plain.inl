@@ -91,8 +91,7 @@ inline Ints zeros() noexcept { return {}; }
 /// Bits without the sign. As integers they are in the order of magnitudes, then infinity, then NaN.
 inline Ints magnitude_bits(const float* p) noexcept {
     Ints result;
-    for (int k = 0; k < 16; ++k)
-        result.v[k] = static_cast<std::int32_t>(__builtin_bit_cast(std::uint32_t, p[k]) & 0x7fffffffu);
+    for (int k = 0; k < 16; ++k) result.v[k] = __builtin_bit_cast(std::uint32_t, p[k]) & 0x7fffffffu;
     return result;
 }
 inline Ints max(const Ints& a, const Ints& b) noexcept {

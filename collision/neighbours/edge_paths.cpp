@@ -12,7 +12,7 @@ constexpr double unreached = std::numeric_limits<double>::infinity();
 
 std::vector<std::pair<int, int>> edge_ends(FacesRef F) {
     std::vector<std::pair<int, int>> ends;
-    ends.reserve(static_cast<std::size_t>(6 * F.rows()));
+    ends.reserve(6 * F.rows());
     for (int f = 0; f < F.rows(); ++f)
         for (int k = 0; k < 3; ++k) {
             const int a = F(f, k), b = F(f, (k + 1) % 3);
@@ -25,7 +25,7 @@ std::vector<std::pair<int, int>> edge_ends(FacesRef F) {
 
 std::vector<std::pair<int, int>> face_corners(FacesRef F) {
     std::vector<std::pair<int, int>> corners;
-    corners.reserve(static_cast<std::size_t>(3 * F.rows()));
+    corners.reserve(3 * F.rows());
     for (int f = 0; f < F.rows(); ++f)
         for (int k = 0; k < 3; ++k) corners.emplace_back(F(f, k), f);
     return corners;
@@ -49,13 +49,10 @@ EdgeGraph::EdgeGraph(FacesRef F, int vertex_count)
     : vertices_(edge_ends(F), vertex_count), faces_(face_corners(F), vertex_count) {}
 
 EdgePaths::EdgePaths(const EdgeGraph& graph, const Nodes& X)
-    : graph_(graph),
-      X_(X),
-      lengths_(static_cast<std::size_t>(X.rows()), unreached),
-      is_taken_(static_cast<std::size_t>(X.rows()), 0) {}
+    : graph_(graph), X_(X), lengths_(X.rows(), unreached), is_taken_(X.rows(), 0) {}
 
 void EdgePaths::push(double length, int vertex) {
-    lengths_[static_cast<std::size_t>(vertex)] = length;
+    lengths_[vertex] = length;
     touched_.push_back(vertex);
     heap_.push_back({length, vertex});
     std::ranges::push_heap(heap_, std::greater{});
@@ -72,22 +69,21 @@ void EdgePaths::grow(std::vector<int>& vertices, double radius, std::size_t most
     heap_.clear();
     touched_.clear();
     for (const int v : vertices) {
-        is_taken_[static_cast<std::size_t>(v)] = 1;
+        is_taken_[v] = 1;
         push(0, v);
     }
     while (!heap_.empty() && vertices.size() < most) {
         const auto [length, vertex] = pop();
-        if (length > lengths_[static_cast<std::size_t>(vertex)]) continue;
-        if (std::exchange(is_taken_[static_cast<std::size_t>(vertex)], 1) == 0) vertices.push_back(vertex);
+        if (length > lengths_[vertex]) continue;
+        if (std::exchange(is_taken_[vertex], 1) == 0) vertices.push_back(vertex);
         for (const int other : graph_.neighbours(vertex)) {
             const double through = length + (X_.row(vertex) - X_.row(other)).norm();
-            if (through <= radius && through < lengths_[static_cast<std::size_t>(other)])
-                push(through, other);
+            if (through <= radius && through < lengths_[other]) push(through, other);
         }
     }
     for (const int v : touched_) {
-        lengths_[static_cast<std::size_t>(v)] = unreached;
-        is_taken_[static_cast<std::size_t>(v)] = 0;
+        lengths_[v] = unreached;
+        is_taken_[v] = 0;
     }
 }
 

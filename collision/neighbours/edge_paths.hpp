@@ -26,9 +26,8 @@ class EdgeGraph {
         /// ends: pairs of a vertex and an item of its list.
         Lists(std::vector<std::pair<int, int>> ends, int vertex_count);
         std::span<const int> of(int vertex) const noexcept {
-            const auto v = static_cast<std::size_t>(vertex);
-            return std::span(items).subspan(static_cast<std::size_t>(begin[v]),
-                                            static_cast<std::size_t>(begin[v + 1] - begin[v]));
+            const std::size_t v = vertex;
+            return std::span(items).subspan(begin[v], begin[v + 1] - begin[v]);
         }
         std::vector<int> begin, items;
     };

@@ -31,7 +31,7 @@ FacePairSet::FacePairSet(std::span<const FacePair> pairs, int face_count) {
 }
 
 bool FacePairSet::contains(int a, int b) const noexcept {
-    const auto least = static_cast<std::size_t>(std::min(a, b));
+    const std::size_t least = std::min(a, b);
     const int most = std::max(a, b);
     std::span<const int> others(others_.data() + begin_[least], others_.data() + begin_[least + 1]);
     // Halves a long list. All of a short one is read at once, which is faster than a search with branches.

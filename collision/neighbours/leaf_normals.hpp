@@ -24,7 +24,7 @@ inline Eigen::Vector3d unit_normal(const Eigen::Vector3d& p, const Eigen::Vector
 /// the leaf first.
 template <class F>
 void for_each_normal(const WideTree& tree, int leaf, const LocalPoints& Z, const F& f) {
-    const auto l = static_cast<std::size_t>(leaf);
+    const std::size_t l = leaf;
     constexpr int step = 4;         // a quarter of the faces tells how the leaf turns
     constexpr double share = 1e-3;  // small beside what the points of a curved part tell
     const double weight = share * static_cast<double>(Z.cols() * step) / tree.faces_in[l];

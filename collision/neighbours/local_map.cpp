@@ -15,9 +15,8 @@ constexpr double slack = 1e-6;
 
 LocalPoints local_points(const Nodes& x, std::span<const int> vertices, const Eigen::Vector3d& centre,
                          double size) {
-    LocalPoints points(3, static_cast<Eigen::Index>(vertices.size()));
-    for (Eigen::Index i = 0; i < points.cols(); ++i)
-        points.col(i) = x.row(vertices[static_cast<std::size_t>(i)]).transpose();
+    LocalPoints points(3, vertices.size());
+    for (Eigen::Index i = 0; i < points.cols(); ++i) points.col(i) = x.row(vertices[i]).transpose();
     points.colwise() -= centre;
     points *= 1 / size;
     return points;
@@ -61,7 +60,7 @@ MapBound bound_of(const LocalMap& q, const Eigen::Vector3d& half) {
     const Eigen::Matrix3d inverse = A.inverse();
     std::array<Eigen::Matrix3d, 3> K;
     for (std::size_t k = 0; k < 3; ++k) {
-        const Eigen::Matrix3d turned = H[k] * inverse * half[static_cast<int>(k)];
+        const Eigen::Matrix3d turned = H[k] * inverse * half[k];
         K[k] = 0.5 * (turned + turned.transpose());
     }
     double largest = 0;

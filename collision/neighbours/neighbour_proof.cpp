@@ -41,7 +41,7 @@ double widest(const LocalPoints& u, Eigen::Index count) {
 }  // namespace
 
 NeighbourProof::NeighbourProof(std::shared_ptr<const RestNeighbours> rest)
-    : rest_(std::move(rest)), proved_(static_cast<std::size_t>(rest_->tree().leaves()), 0) {}
+    : rest_(std::move(rest)), proved_(rest_->tree().leaves(), 0) {}
 
 void NeighbourProof::prove(const Nodes& x, const Nodes& motion, const Reach& reach, const Executor& run) {
     const WideTree& tree = rest_->tree();
@@ -65,7 +65,7 @@ void NeighbourProof::prove(const Nodes& x, const Nodes& motion, const Reach& rea
     motions_.assign(motion.rows() > 0 ? static_cast<std::size_t>(tree.leaves()) : 0, {});
     if (motion.rows() > 0)
         for_each_leaf([&](int leaf) {
-            Eigen::AlignedBox3d& box = motions_[static_cast<std::size_t>(leaf)];
+            Eigen::AlignedBox3d& box = motions_[leaf];
             for (const int vertex : tree.leaf_vertices(leaf)) {
                 if (motion.row(vertex).allFinite())
                     box.extend(motion.row(vertex).transpose());
@@ -74,7 +74,7 @@ void NeighbourProof::prove(const Nodes& x, const Nodes& motion, const Reach& rea
             }
         });
     try {
-        for_each_leaf([&](int leaf) { proved_[static_cast<std::size_t>(leaf)] = is_proved(leaf, x); });
+        for_each_leaf([&](int leaf) { proved_[leaf] = is_proved(leaf, x); });
     } catch (...) {
         std::ranges::fill(proved_, std::uint8_t{0});
         throw;
@@ -83,8 +83,7 @@ void NeighbourProof::prove(const Nodes& x, const Nodes& motion, const Reach& rea
 
 double NeighbourProof::relative_motion(int leaf_a, int leaf_b) const noexcept {
     if (motions_.empty()) return 0;
-    const Eigen::AlignedBox3d &a = motions_[static_cast<std::size_t>(leaf_a)],
-                              &b = motions_[static_cast<std::size_t>(leaf_b)];
+    const Eigen::AlignedBox3d &a = motions_[leaf_a], &b = motions_[leaf_b];
     return (a.max() - b.min()).cwiseMax(b.max() - a.min()).norm();
 }
 
@@ -99,7 +98,7 @@ double NeighbourProof::relative_motion(int leaf_a, int leaf_b) const noexcept {
 bool NeighbourProof::is_proved(int leaf, const Nodes& x) const {
     const RestNeighbours::Region region = rest_->region(leaf);
     if (region.covered.empty()) return false;
-    const auto own = static_cast<Eigen::Index>(rest_->tree().leaf_vertices(leaf).size());
+    const Eigen::Index own = rest_->tree().leaf_vertices(leaf).size();
     const LocalPoints Z = local_points(region.points);
     const Eigen::Vector3d origin = x.row(region.vertices.front());
     LocalPoints u = local_points(x, region.vertices, origin, region.size);
@@ -119,12 +118,9 @@ bool NeighbourProof::is_proved(int leaf, const Nodes& x) const {
 }
 
 int NeighbourProof::leaves() const noexcept {
-    return static_cast<int>(
-        std::ranges::count_if(tree().faces_in, [](std::uint8_t faces) { return faces > 0; }));
+    return std::ranges::count_if(tree().faces_in, [](std::uint8_t faces) { return faces > 0; });
 }
 
-int NeighbourProof::proved() const noexcept {
-    return static_cast<int>(std::ranges::count(proved_, std::uint8_t{1}));
-}
+int NeighbourProof::proved() const noexcept { return std::ranges::count(proved_, std::uint8_t{1}); }
 
 }  // namespace nbd

@@ -32,7 +32,7 @@ class NeighbourProof {
 
     /// Bits of the faces of leaf `other` that are proved apart from every face of `leaf`, or need no proof.
     unsigned apart(int leaf, int other) const noexcept {
-        return proved_[static_cast<std::size_t>(leaf)] ? rest_->covered(leaf, other) : 0;
+        return proved_[leaf] ? rest_->covered(leaf, other) : 0;
     }
 
     /// Faces that the last prove() says are apart are farther from each other than this, metres.

@@ -31,7 +31,7 @@ bool share_a_corner(const std::array<int, 3>& a, const std::array<int, 3>& b) {
 FacePlaces::FacePlaces(const WideTree& tree) {
     for (std::size_t slot = 0; slot < tree.faces.size(); ++slot) {
         if (tree.faces[slot] < 0) continue;
-        const auto face = static_cast<std::size_t>(tree.faces[slot]);
+        const std::size_t face = tree.faces[slot];
         if (leaf.size() <= face) {
             leaf.resize(face + 1, -1);
             this->slot.resize(face + 1, 0);
@@ -45,7 +45,7 @@ RegionBuilder::RegionBuilder(const Surface& surface)
     : surface_(surface),
       coordinate_error_(0x1p-24 * surface.X.cwiseAbs().maxCoeff()),
       paths_(surface.graph, surface.X),
-      is_inside_(static_cast<std::size_t>(surface.X.rows()), 0) {}
+      is_inside_(surface.X.rows(), 0) {}
 
 RegionBuilder::Face RegionBuilder::face_of(int face) const {
     const auto corner = [&](int k) { return surface_.X.row(surface_.F(face, k % 3)); };
@@ -55,7 +55,7 @@ RegionBuilder::Face RegionBuilder::face_of(int face) const {
            .radius = 0,
            .longest_edge = 0};
     for (int k = 0; k < 3; ++k) {
-        f.corners[static_cast<std::size_t>(k)] = surface_.F(face, k);
+        f.corners[k] = surface_.F(face, k);
         f.radius = std::max(f.radius, (corner(k) - f.centre).norm());
         f.longest_edge = std::max(f.longest_edge, (corner(k) - corner(k + 1)).norm());
     }
@@ -70,8 +70,8 @@ RegionBuilder::Lists RegionBuilder::build(int leaf) {
                 .longest_edge = 0};
     paths_.grow(lists.vertices, surface_.radius, most_region_vertices);
     own_.clear();
-    for (int k = 0; k < surface_.tree.faces_in[static_cast<std::size_t>(leaf)]; ++k) {
-        own_.push_back(face_of(surface_.tree.faces[static_cast<std::size_t>(tree_width * leaf + k)]));
+    for (int k = 0; k < surface_.tree.faces_in[leaf]; ++k) {
+        own_.push_back(face_of(surface_.tree.faces[tree_width * leaf + k]));
         lists.longest_edge = std::max(lists.longest_edge, own_.back().longest_edge);
     }
     enclose_own();
@@ -83,10 +83,9 @@ RegionBuilder::Lists RegionBuilder::build(int leaf) {
         if (distance < std::max(least, lists.distance))
             distance = distance_to_leaf(face, least, std::min(edge, lists.distance));
         if (distance < least) continue;
-        const int at = surface_.places.leaf[static_cast<std::size_t>(number)];
+        const int at = surface_.places.leaf[number];
         if (lists.covered.empty() || lists.covered.back().leaf != at) lists.covered.push_back({at, 0});
-        lists.covered.back().faces |=
-            static_cast<std::uint16_t>(1u << surface_.places.slot[static_cast<std::size_t>(number)]);
+        lists.covered.back().faces |= static_cast<std::uint16_t>(1u << surface_.places.slot[number]);
         lists.distance = std::min(lists.distance, distance);
         lists.longest_edge = std::max(lists.longest_edge, face.longest_edge);
     }
@@ -95,18 +94,17 @@ RegionBuilder::Lists RegionBuilder::build(int leaf) {
 
 /// Faces whose vertices are all among these, by leaves and slots.
 std::vector<int> RegionBuilder::faces_between(std::span<const int> vertices) {
-    for (const int v : vertices) is_inside_[static_cast<std::size_t>(v)] = 1;
+    for (const int v : vertices) is_inside_[v] = 1;
     std::vector<int> found;
     for (const int v : vertices)
         for (const int face : surface_.graph.faces(v)) {
             const auto row = surface_.F.row(face);
-            if (std::all_of(row.begin(), row.end(),
-                            [&](int corner) { return is_inside_[static_cast<std::size_t>(corner)]; }))
+            if (std::all_of(row.begin(), row.end(), [&](int corner) { return is_inside_[corner]; }))
                 found.push_back(face);
         }
-    for (const int v : vertices) is_inside_[static_cast<std::size_t>(v)] = 0;
+    for (const int v : vertices) is_inside_[v] = 0;
     const auto place = [&](int face) {
-        const auto f = static_cast<std::size_t>(face);
+        const std::size_t f = face;
         return tree_width * surface_.places.leaf[f] + surface_.places.slot[f];
     };
     std::ranges::sort(found, {}, place);

@@ -37,8 +37,7 @@ RestNeighbours::RestNeighbours(const Nodes& X, FacesRef F, const WideTree& tree,
                                std::shared_ptr<const FacePairSet> left_out, double left_out_distance,
                                double radius, const Executor& run)
     : tree_(&tree), left_out_(std::move(left_out)) {
-    if (!is_over(tree, static_cast<int>(X.rows()), F))
-        throw std::invalid_argument("the tree is not over these faces");
+    if (!is_over(tree, X.rows(), F)) throw std::invalid_argument("the tree is not over these faces");
     if (left_out_ && left_out_->face_count() != F.rows())
         throw std::invalid_argument(message("the pairs to leave out are of ", left_out_->face_count(),
                                             " faces, but the surface has ", F.rows()));
@@ -46,15 +45,15 @@ RestNeighbours::RestNeighbours(const Nodes& X, FacesRef F, const WideTree& tree,
     check_length("radius", radius);
     if (!X.allFinite()) throw std::invalid_argument("a rest position is not finite");
     const FacePlaces places(tree);
-    const EdgeGraph graph(F, static_cast<int>(X.rows()));
+    const EdgeGraph graph(F, X.rows());
     const RegionBuilder::Surface surface{X,     F, tree, places, graph, left_out_.get(), left_out_distance,
                                          radius};
-    std::vector<RegionBuilder::Lists> built(static_cast<std::size_t>(tree.leaves()));
+    std::vector<RegionBuilder::Lists> built(tree.leaves());
     run((tree.leaves() + leaves_a_builder - 1) / leaves_a_builder, [&](int task) {
         RegionBuilder builder(surface);
         for (int leaf = task * leaves_a_builder;
              leaf < std::min((task + 1) * leaves_a_builder, tree.leaves()); ++leaf)
-            built[static_cast<std::size_t>(leaf)] = builder.build(leaf);
+            built[leaf] = builder.build(leaf);
     });
     leaves_.resize(built.size() + 1);
     for (std::size_t l = 0; l < built.size(); ++l) {
@@ -74,7 +73,7 @@ RestNeighbours::RestNeighbours(const Nodes& X, FacesRef F, const WideTree& tree,
 
 /// Stores the points of a region in single precision, and what holds for the points as they are stored.
 void RestNeighbours::place_leaf(int leaf, const Nodes& X) {
-    Leaf& of_leaf = leaves_[static_cast<std::size_t>(leaf)];
+    Leaf& of_leaf = leaves_[leaf];
     const std::span<const int> vertices = region(leaf).vertices;
     if (vertices.empty()) return;
     Eigen::AlignedBox3d box;
@@ -101,12 +100,11 @@ void RestNeighbours::fit_leaf(int leaf) {
     for_each_normal(*tree_, leaf, Z, [&](const MapTerms& slopes, double weight, int, int, int) {
         sum += weight * slopes * slopes.transpose();
     });
-    leaves_[static_cast<std::size_t>(leaf)].fit = sum.inverse();
+    leaves_[leaf].fit = sum.inverse();
 }
 
 RestNeighbours::Region RestNeighbours::region(int leaf) const noexcept {
-    const Leaf &from = leaves_[static_cast<std::size_t>(leaf)],
-               &to = leaves_[static_cast<std::size_t>(leaf) + 1];
+    const Leaf &from = leaves_[leaf], &to = leaves_[static_cast<std::size_t>(leaf) + 1];
     return {.vertices = part(vertices_, from.vertices, to.vertices),
             .points = part(points_, 3 * from.vertices, 3 * to.vertices),
             .covered = part(covered_, from.covered, to.covered),

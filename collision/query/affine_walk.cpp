@@ -90,16 +90,16 @@ void AffineWalk::find_clusters(AffineBoxes& a, AffineBoxes& b, const Near& near,
         const int left = boxes.tree().clusters() - pack * tree_width;
         return left >= tree_width ? 0xffffu : (1u << left) - 1;
     };
-    near_a_.resize(static_cast<std::size_t>(a.cluster_packs()));
-    near_b_.resize(static_cast<std::size_t>(b.cluster_packs()));
+    near_a_.resize(a.cluster_packs());
+    near_b_.resize(b.cluster_packs());
     near.all(a.cluster_boxes(), a.cluster_packs(), b.whole(), near_a_.data());
     for (int pa = 0; pa < a.cluster_packs(); ++pa)
-        for_each_bit(near_a_[static_cast<std::size_t>(pa)] & present(a, pa), [&](int i) {
+        for_each_bit(near_a_[pa] & present(a, pa), [&](int i) {
             const int cluster = tree_width * pa + i;
             near.all(b.cluster_boxes(), b.cluster_packs(), a.cluster(cluster), near_b_.data());
             counters_.node_tests += tree_width * b.cluster_packs();
             for (int pb = 0; pb < b.cluster_packs(); ++pb)
-                for_each_bit(near_b_[static_cast<std::size_t>(pb)] & present(b, pb), [&](int j) {
+                for_each_bit(near_b_[pb] & present(b, pb), [&](int j) {
                     if (taken.children(0, 0, cluster, tree_width * pb + j))
                         clusters_.push_back({cluster, tree_width * pb + j});
                 });
@@ -113,8 +113,8 @@ void AffineWalk::find_leaves(AffineBoxes& a, AffineBoxes& b, const Near& near, c
     counters_.node_tests += open_pairs<ClusterLevel>(
         a, b, clusters_, taken, [&](int, int) { return near; }, blocks_);
     counters_.node_tests += open_pairs<BlockLevel>(a, b, blocks_, taken, leaf_test, leaves_);
-    counters_.leaf_pairs = static_cast<long>(leaves_.size());
-    counters_.most_pairs = static_cast<long>(std::max({clusters_.size(), blocks_.size(), leaves_.size()}));
+    counters_.leaf_pairs = leaves_.size();
+    counters_.most_pairs = std::max({clusters_.size(), blocks_.size(), leaves_.size()});
 }
 
 template <class Taken, class FaceTest>
@@ -178,7 +178,7 @@ std::span<const LeafPair> AffineWalk::near_leaves(AffineBoxes& a, AffineBoxes& b
 }
 
 void AffineWalk::reserve(int packs, std::size_t pairs) {
-    for (auto* bits : {&near_a_, &near_b_}) bits->reserve(static_cast<std::size_t>(packs));
+    for (auto* bits : {&near_a_, &near_b_}) bits->reserve(packs);
     for (auto* level : {&clusters_, &blocks_, &leaves_}) level->reserve(pairs);
 }
 

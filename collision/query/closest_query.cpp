@@ -46,8 +46,8 @@ void ClosestQuery::push_nodes(PosedTree& a, int i, PosedTree& b, int j) {
 }
 
 void ClosestQuery::open_nodes(PosedTree& a, int i, PosedTree& b, int j) {
-    const SphereTree::Node& node_a = a.tree().spheres.nodes[static_cast<std::size_t>(i)];
-    const SphereTree::Node& node_b = b.tree().spheres.nodes[static_cast<std::size_t>(j)];
+    const SphereTree::Node& node_a = a.tree().spheres.nodes[i];
+    const SphereTree::Node& node_b = b.tree().spheres.nodes[j];
     const bool first_is_larger = node_a.face_end - node_a.face_begin >= node_b.face_end - node_b.face_begin;
     if (node_a.is_leaf() && node_b.is_leaf()) {
         LeafBoxes &boxes_a = a.state_->spheres().boxes, &boxes_b = b.state_->spheres().boxes;

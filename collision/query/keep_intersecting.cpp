@@ -32,8 +32,7 @@ void filter(std::vector<FacePair>& pairs, const Posed& a, const Posed& b, const 
         const auto count = std::min<std::size_t>(TrianglePack::lanes, pairs.size() - first);
         const auto some = std::span<const FacePair>(pairs).subspan(first, count);
         const unsigned mask = keep(some, pack<&FacePair::a>(a, some), pack<&FacePair::b>(b, some));
-        for_each_bit(mask & ((1u << count) - 1),
-                     [&](int k) { pairs[kept++] = some[static_cast<std::size_t>(k)]; });
+        for_each_bit(mask & ((1u << count) - 1), [&](int k) { pairs[kept++] = some[k]; });
     }
     pairs.resize(kept);
 }

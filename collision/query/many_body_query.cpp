@@ -33,9 +33,9 @@ void ManyBodyQuery::deal_out(std::size_t bodies) {
         const int round = rounds();
         std::size_t kept = 0;
         for (const int pair : waiting_) {
-            const BodyIndices p = pairs_[static_cast<std::size_t>(pair)];
-            int& a = last_round_[static_cast<std::size_t>(p.a)];
-            int& b = last_round_[static_cast<std::size_t>(p.b)];
+            const BodyIndices p = pairs_[pair];
+            int& a = last_round_[p.a];
+            int& b = last_round_[p.b];
             if (a == round || b == round) {
                 waiting_[kept++] = pair;
             } else {
@@ -44,18 +44,18 @@ void ManyBodyQuery::deal_out(std::size_t bodies) {
             }
         }
         waiting_.resize(kept);
-        round_ends_.push_back(static_cast<int>(order_.size()));
+        round_ends_.push_back(order_.size());
     }
 }
 
 template <class Task>
 void ManyBodyQuery::run_tasks(int count, const Task& task) {
-    errors_.assign(static_cast<std::size_t>(count), nullptr);
+    errors_.assign(count, nullptr);
     const auto guarded = [&](int i) {
         try {
             task(i);
         } catch (...) {
-            errors_[static_cast<std::size_t>(i)] = std::current_exception();
+            errors_[i] = std::current_exception();
         }
     };
     executor_(count, std::ref(guarded));  // a reference allocates nothing
@@ -80,10 +80,10 @@ std::span<const TouchingBodies> ManyBodyQuery::run(std::span<PosedTree* const> b
                                                    const Ask& ask) {
     roots_.resize(bodies.size());
     const auto bound_root = [&](int i) {
-        const auto body = static_cast<std::size_t>(i);
+        const std::size_t body = i;
         roots_[body] = root_box(*bodies[body], distance);
     };
-    run_tasks(static_cast<int>(bodies.size()), bound_root);
+    run_tasks(bodies.size(), bound_root);
     pairs_ = sweep_.touching(roots_);
     deal_out(bodies.size());
     if (queries_.size() < pairs_.size()) queries_.resize(pairs_.size());
@@ -91,10 +91,9 @@ std::span<const TouchingBodies> ManyBodyQuery::run(std::span<PosedTree* const> b
     int begin = 0;
     for (const int end : round_ends_) {
         const auto ask_pair = [&](int i) {
-            const auto pair = static_cast<std::size_t>(order_[static_cast<std::size_t>(begin + i)]);
+            const std::size_t pair = order_[begin + i];
             const BodyIndices p = pairs_[pair];
-            answers_[pair] = {p, ask(queries_[pair], *bodies[static_cast<std::size_t>(p.a)],
-                                     *bodies[static_cast<std::size_t>(p.b)])};
+            answers_[pair] = {p, ask(queries_[pair], *bodies[p.a], *bodies[p.b])};
         };
         run_tasks(end - begin, ask_pair);
         begin = end;

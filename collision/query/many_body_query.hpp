@@ -43,7 +43,7 @@ class ManyBodyQuery {
     void reserve(std::span<PosedTree* const> bodies, std::size_t body_pairs, std::size_t pairs);
 
     /// Number of body pairs that the last query tested for face pairs, and its number of rounds.
-    int pairs_asked() const noexcept { return static_cast<int>(pairs_.size()); }
+    int pairs_asked() const noexcept { return pairs_.size(); }
     int rounds() const noexcept { return static_cast<int>(round_ends_.size()); }
 
  private:

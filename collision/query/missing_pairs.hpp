@@ -13,7 +13,7 @@ namespace nbd {
 inline long missing_pairs(std::span<const FacePair> exact, std::span<const FacePair> found) {
     std::vector<FacePair> missing;
     std::ranges::set_difference(exact, found, std::back_inserter(missing));
-    return static_cast<long>(missing.size());
+    return missing.size();
 }
 
 }  // namespace nbd

@@ -27,8 +27,8 @@ void walk_nodes(const SphereTree& tree_a, PosedSpheres& a, A& bounds_a, const Sp
         counters.most_pairs = std::max(counters.most_pairs, static_cast<long>(level.size()));
         for (std::size_t i = 0; i < level.size(); ++i) {
             const NodePair pair = level[i];
-            const SphereTree::Node& node_a = tree_a.nodes[static_cast<std::size_t>(pair.a)];
-            const SphereTree::Node& node_b = tree_b.nodes[static_cast<std::size_t>(pair.b)];
+            const SphereTree::Node& node_a = tree_a.nodes[pair.a];
+            const SphereTree::Node& node_b = tree_b.nodes[pair.b];
             bool first_is_larger;
             if constexpr (BoxBound<A> && BoxBound<B>) {
                 if (apart(bounds_a.box(pair.a), bounds_b.box(pair.b), distance)) continue;
@@ -102,7 +102,7 @@ void PairQuery::find_leaf_pairs(PosedTree& a, PosedTree& b, float distance) {
         spheres_a.bounds, spheres_b.bounds);
     counters_.nodes_bounded = bounded() - bounded_before;
     counters_.nodes_out_of_range = out_of_range() - out_of_range_before;
-    counters_.leaf_pairs = static_cast<long>(leaf_pairs_.size());
+    counters_.leaf_pairs = leaf_pairs_.size();
     count_held(leaf_pairs_);
     require_finite(a, b);
 }
@@ -132,11 +132,11 @@ std::span<const FacePair> PairQuery::find_wide_pairs(PosedTree& a, PosedTree& b,
                                                      const Narrow& narrow) {
     AffineBoxes &boxes_a = a.state_->wide(), &boxes_b = b.state_->wide();
     walk_wide(a, b, [&](AffineBoxes& s, AffineBoxes& t) { affine_walk_.near_faces(s, t, distance, pairs_); });
-    counters_.triangle_tests = static_cast<long>(pairs_.size());
+    counters_.triangle_tests = pairs_.size();
     count_held(pairs_);
     narrow(pairs_, boxes_a, boxes_b);
     for (FacePair& pair : pairs_) pair = {boxes_a.face(pair.a), boxes_b.face(pair.b)};
-    counters_.face_pairs = static_cast<long>(pairs_.size());
+    counters_.face_pairs = pairs_.size();
     return pairs_;
 }
 
@@ -168,12 +168,12 @@ std::span<const FacePair> PairQuery::find_sphere_tree_pairs(PosedTree& a, PosedT
             walk(Within(distance));
     }
     counters_.boxes_refitted = opened() - opened_before;
-    counters_.triangle_tests = static_cast<long>(pairs_.size());
+    counters_.triangle_tests = pairs_.size();
     count_held(pairs_);
     require_finite(a, b);
     narrow(pairs_, boxes_a.faces(), boxes_b.faces());
     for (FacePair& pair : pairs_) pair = {boxes_a.face(pair.a), boxes_b.face(pair.b)};
-    counters_.face_pairs = static_cast<long>(pairs_.size());
+    counters_.face_pairs = pairs_.size();
     return pairs_;
 }
 

@@ -39,8 +39,8 @@ void walk_nodes(const SphereTree& tree, PosedSpheres& posed, B& bounds, float di
         stack.pop_back();
         ++counters.node_tests;
         if (pair.a != pair.b && !near(pair)) continue;
-        const SphereTree::Node& a = tree.nodes[static_cast<std::size_t>(pair.a)];
-        const SphereTree::Node& b = tree.nodes[static_cast<std::size_t>(pair.b)];
+        const SphereTree::Node& a = tree.nodes[pair.a];
+        const SphereTree::Node& b = tree.nodes[pair.b];
         if (a.is_leaf() && b.is_leaf()) {
             leaf_pairs.push_back(pair);
         } else if (pair.a == pair.b) {
@@ -64,7 +64,7 @@ void SelfQuery::find_leaf_pairs(PosedSpheres& posed, const SphereTree& tree, flo
     std::visit(
         [&](auto& bounds) { walk_nodes(tree, posed, bounds, distance, stack_, leaf_pairs_, counters_); },
         posed.bounds);
-    counters_.leaf_pairs = static_cast<long>(leaf_pairs_.size());
+    counters_.leaf_pairs = leaf_pairs_.size();
     counters_.most_pairs = std::max(counters_.most_pairs, counters_.leaf_pairs);
 }
 
@@ -154,7 +154,7 @@ std::span<const FacePair> SelfQuery::find_face_pairs(PosedTree& body, float dist
     else
         find_sphere_pairs(body.state_->spheres(), body.tree().spheres, distance, narrow);
     body.state_->require_finite();
-    counters_.face_pairs = static_cast<long>(pairs_.size());
+    counters_.face_pairs = pairs_.size();
     counters_.most_pairs = std::max(counters_.most_pairs, counters_.face_pairs);
     return pairs_;
 }
@@ -187,8 +187,7 @@ std::shared_ptr<const FacePairSet> near_at_rest(VerticesRef X, FacesRef F, float
     require_distance(distance);
     PosedTree body(shared_exact_tree(X, F), BoundKind::boxes);
     body.begin_pose(VertexView::as_long_as(X));
-    return std::make_shared<const FacePairSet>(SelfQuery().within(body, distance),
-                                               static_cast<int>(F.rows()));
+    return std::make_shared<const FacePairSet>(SelfQuery().within(body, distance), F.rows());
 }
 
 }  // namespace nbd

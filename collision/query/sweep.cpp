@@ -28,7 +28,7 @@ int widest_axis(std::span<const Box> boxes) {
 
 std::span<const BodyIndices> Sweep::touching(std::span<const Box> boxes) {
     const int axis = widest_axis(boxes);
-    const auto box = [&](int i) -> const Box& { return boxes[static_cast<std::size_t>(i)]; };
+    const auto box = [&](int i) -> const Box& { return boxes[i]; };
     order_.resize(boxes.size());
     std::iota(order_.begin(), order_.end(), 0);
     std::erase_if(order_, [&](int i) { return is_empty(box(i)); });

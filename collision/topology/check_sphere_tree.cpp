@@ -16,12 +16,12 @@ void check_faces(const SphereTree& tree, int vertex_count, FacesRef F) {
         for (const int v : F.row(f))
             require(v >= 0 && v < vertex_count, "face ", f, " refers to vertex ", v, ", but the surface has ",
                     vertex_count, " vertices");
-    const auto count = static_cast<std::size_t>(F.rows());
+    const std::size_t count = F.rows();
     require(tree.faces.size() == count, "lists ", tree.faces.size(), " faces, but the surface has ", count);
     std::vector<char> seen(count, 0);
     for (const int f : tree.faces) {
         require(f >= 0 && f < F.rows(), "lists face ", f, ", but the surface has ", count, " faces");
-        require(!std::exchange(seen[static_cast<std::size_t>(f)], 1), "lists face ", f, " twice");
+        require(!std::exchange(seen[f], 1), "lists face ", f, " twice");
     }
 }
 
@@ -74,21 +74,18 @@ void check_vertices(const SphereTree& tree, int vertex_count, FacesRef F) {
     // memory.
     const int in_use = 1 + std::max(F.size() > 0 ? F.maxCoeff() : -1,
                                     tree.vertices.empty() ? -1 : *std::ranges::max_element(tree.vertices));
-    std::vector<int> listed_by(static_cast<std::size_t>(in_use), -1), used_by = listed_by;
+    std::vector<int> listed_by(in_use, -1), used_by = listed_by;
     for (int i = 0; std::cmp_less(i, tree.nodes.size()); ++i) {
-        if (!tree.nodes[static_cast<std::size_t>(i)].is_leaf()) continue;
+        if (!tree.nodes[i].is_leaf()) continue;
         for (const int v : tree.node_vertices(i))
-            require(std::exchange(listed_by[static_cast<std::size_t>(v)], i) != i, "leaf ", i,
-                    " lists vertex ", v, " twice");
+            require(std::exchange(listed_by[v], i) != i, "leaf ", i, " lists vertex ", v, " twice");
         for (const int f : tree.node_faces(i))
             for (const int v : F.row(f)) {
-                require(listed_by[static_cast<std::size_t>(v)] == i, "leaf ", i, " does not list vertex ", v,
-                        " of its face ", f);
-                used_by[static_cast<std::size_t>(v)] = i;
+                require(listed_by[v] == i, "leaf ", i, " does not list vertex ", v, " of its face ", f);
+                used_by[v] = i;
             }
         for (const int v : tree.node_vertices(i))
-            require(used_by[static_cast<std::size_t>(v)] == i, "leaf ", i, " lists vertex ", v,
-                    ", but none of its faces uses it");
+            require(used_by[v] == i, "leaf ", i, " lists vertex ", v, ", but none of its faces uses it");
     }
 }
 

@@ -8,8 +8,7 @@
 
 namespace nbd {
 
-FaceDivision::FaceDivision(VerticesRef X, FacesRef F)
-    : centroids_(F.rows(), 3), faces_(static_cast<std::size_t>(F.rows())) {
+FaceDivision::FaceDivision(VerticesRef X, FacesRef F) : centroids_(F.rows(), 3), faces_(F.rows()) {
     if (F.rows() == 0) throw std::invalid_argument("a tree needs at least one face, the surface has none");
     for (Eigen::Index v = 0; v < X.rows(); ++v)
         if (!X.row(v).allFinite()) throw std::invalid_argument(message("vertex ", v, " is not finite"));

@@ -38,9 +38,7 @@ void order_leaf(std::span<int> faces, const FaceDivision& division) {
 }
 
 std::span<int> node_face_slots(SphereTree& tree, const SphereTree::Node& node) {
-    return std::span(tree.faces)
-        .subspan(static_cast<std::size_t>(node.face_begin),
-                 static_cast<std::size_t>(node.face_end - node.face_begin));
+    return std::span(tree.faces).subspan(node.face_begin, node.face_end - node.face_begin);
 }
 
 void split_nodes(SphereTree& tree, const FaceDivision& division, const SphereTreeConfig& config) {
@@ -51,7 +49,7 @@ void split_nodes(SphereTree& tree, const FaceDivision& division, const SphereTre
         if (node.depth == config.depth || count / 2 < config.min_leaf_faces) continue;
         division.split(node_face_slots(tree, node), static_cast<std::size_t>(count / 2));
         const int middle = node.face_begin + count / 2;
-        tree.nodes[i].first_child = static_cast<int>(tree.nodes.size());
+        tree.nodes[i].first_child = tree.nodes.size();
         tree.nodes.push_back({.depth = node.depth + 1, .face_begin = node.face_begin, .face_end = middle});
         tree.nodes.push_back({.depth = node.depth + 1, .face_begin = middle, .face_end = node.face_end});
     }
@@ -60,24 +58,23 @@ void split_nodes(SphereTree& tree, const FaceDivision& division, const SphereTre
 /// Fills the vertex lists of the leaves, in the order of their faces, then those of the inner nodes.
 void list_vertices(SphereTree& tree, FacesRef F, Eigen::Index vertex_count) {
     std::vector<int> leaves;
-    for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i)
-        if (tree.nodes[static_cast<std::size_t>(i)].is_leaf()) leaves.push_back(i);
-    std::ranges::sort(leaves, {}, [&](int i) { return tree.nodes[static_cast<std::size_t>(i)].face_begin; });
+    for (int i = 0; i < std::ssize(tree.nodes); ++i)
+        if (tree.nodes[i].is_leaf()) leaves.push_back(i);
+    std::ranges::sort(leaves, {}, [&](int i) { return tree.nodes[i].face_begin; });
 
-    std::vector<int> last_leaf(static_cast<std::size_t>(vertex_count), -1);
+    std::vector<int> last_leaf(vertex_count, -1);
     for (const int leaf : leaves) {
-        SphereTree::Node& node = tree.nodes[static_cast<std::size_t>(leaf)];
-        node.vertex_begin = static_cast<int>(tree.vertices.size());
+        SphereTree::Node& node = tree.nodes[leaf];
+        node.vertex_begin = tree.vertices.size();
         for (const int f : tree.node_faces(leaf))
             for (const int v : F.row(f))
-                if (std::exchange(last_leaf[static_cast<std::size_t>(v)], leaf) != leaf)
-                    tree.vertices.push_back(v);
-        node.vertex_end = static_cast<int>(tree.vertices.size());
+                if (std::exchange(last_leaf[v], leaf) != leaf) tree.vertices.push_back(v);
+        node.vertex_end = tree.vertices.size();
     }
     for (std::size_t i = tree.nodes.size(); i-- > 0;) {
         SphereTree::Node& node = tree.nodes[i];
         if (node.is_leaf()) continue;
-        const auto child = static_cast<std::size_t>(node.first_child);
+        const std::size_t child = node.first_child;
         node.vertex_begin = tree.nodes[child].vertex_begin;
         node.vertex_end = tree.nodes[child + 1].vertex_end;
     }
@@ -89,7 +86,7 @@ void fill_leaves(SphereTree& tree, VerticesRef X, FacesRef F, const FaceDivision
         if (node.is_leaf()) order_leaf(node_face_slots(tree, node), division);
     list_vertices(tree, F, X.rows());
     tree.rest.clear();
-    for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
+    for (int i = 0; i < std::ssize(tree.nodes); ++i) {
         tree.rest.push_back(bounding_sphere(X, tree.node_vertices(i)));
         if (!tree.rest.back().c.allFinite() || !std::isfinite(tree.rest.back().r))
             throw std::invalid_argument(message("the surface is too large for float32: the sphere of node ",
@@ -102,11 +99,10 @@ std::vector<int> count_faces(const SphereTree& tree, std::span<const int> leaf_o
     std::vector<int> counts(tree.nodes.size(), 0);
     for (std::size_t f = 0; f < leaf_of_face.size(); ++f) {
         const int leaf = leaf_of_face[f];
-        if (leaf < 0 || leaf >= static_cast<int>(tree.nodes.size()) ||
-            !tree.nodes[static_cast<std::size_t>(leaf)].is_leaf())
+        if (leaf < 0 || leaf >= static_cast<int>(tree.nodes.size()) || !tree.nodes[leaf].is_leaf())
             throw std::invalid_argument(
                 message("face ", f, " is assigned to node ", leaf, ", which is not a leaf"));
-        ++counts[static_cast<std::size_t>(leaf)];
+        ++counts[leaf];
     }
     for (std::size_t i = 0; i < tree.nodes.size(); ++i)
         if (tree.nodes[i].is_leaf() && counts[i] == 0)
@@ -140,20 +136,18 @@ SphereTree sphere_tree_like(const SphereTree& like, std::span<const int> leaf_of
     // Sorting by the old face ranges keeps the leaves in order.
     tree.faces.resize(leaf_of_face.size());
     std::iota(tree.faces.begin(), tree.faces.end(), 0);
-    const auto begin_of = [&](int f) {
-        return like.nodes[static_cast<std::size_t>(leaf_of_face[static_cast<std::size_t>(f)])].face_begin;
-    };
+    const auto begin_of = [&](int f) { return like.nodes[leaf_of_face[f]].face_begin; };
     std::ranges::stable_sort(tree.faces, {}, begin_of);
     for (std::size_t first = 0; first < tree.faces.size();) {
-        const auto leaf = static_cast<std::size_t>(leaf_of_face[static_cast<std::size_t>(tree.faces[first])]);
-        tree.nodes[leaf].face_begin = static_cast<int>(first);
+        const std::size_t leaf = leaf_of_face[tree.faces[first]];
+        tree.nodes[leaf].face_begin = first;
         first += static_cast<std::size_t>(counts[leaf]);
-        tree.nodes[leaf].face_end = static_cast<int>(first);
+        tree.nodes[leaf].face_end = first;
     }
     for (std::size_t i = tree.nodes.size(); i-- > 0;) {
         SphereTree::Node& node = tree.nodes[i];
         if (node.is_leaf()) continue;
-        const auto child = static_cast<std::size_t>(node.first_child);
+        const std::size_t child = node.first_child;
         node.face_begin = tree.nodes[child].face_begin;
         node.face_end = tree.nodes[child + 1].face_end;
     }

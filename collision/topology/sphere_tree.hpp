@@ -31,14 +31,12 @@ struct SphereTree {
     std::vector<Sphere> rest;   // one sphere per node, from bounding_sphere()
 
     std::span<const int> node_faces(int node) const noexcept {
-        const Node& n = nodes[static_cast<std::size_t>(node)];
-        return std::span(faces).subspan(static_cast<std::size_t>(n.face_begin),
-                                        static_cast<std::size_t>(n.face_end - n.face_begin));
+        const Node& n = nodes[node];
+        return std::span(faces).subspan(n.face_begin, n.face_end - n.face_begin);
     }
     std::span<const int> node_vertices(int node) const noexcept {
-        const Node& n = nodes[static_cast<std::size_t>(node)];
-        return std::span(vertices).subspan(static_cast<std::size_t>(n.vertex_begin),
-                                           static_cast<std::size_t>(n.vertex_end - n.vertex_begin));
+        const Node& n = nodes[node];
+        return std::span(vertices).subspan(n.vertex_begin, n.vertex_end - n.vertex_begin);
     }
     int depth() const noexcept { return nodes.empty() ? 0 : nodes.back().depth; }
 };

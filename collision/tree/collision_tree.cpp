@@ -20,7 +20,7 @@ bool fits(const LearnedAffineModel& model, const CollisionTree& tree) {
 CollisionTree make_exact_tree(VerticesRef X, FacesRef F, const SphereTreeConfig& config) {
     CollisionTree tree;
     tree.spheres = build_sphere_tree(X, F, config);
-    tree.vertex_count = static_cast<int>(X.rows());
+    tree.vertex_count = X.rows();
     tree.faces = F;
     tree.boxes = make_boxes(tree);
     return tree;
@@ -86,8 +86,7 @@ BoundKind exact_for_auto(const CollisionTree& tree, BoundKind kind) noexcept {
 }
 
 std::size_t bound_count(const CollisionTree& tree, BoundKind kind) noexcept {
-    if (kind == BoundKind::learned_affine && tree.learned_affine)
-        return static_cast<std::size_t>(tree.learned_affine->bounds());
+    if (kind == BoundKind::learned_affine && tree.learned_affine) return tree.learned_affine->bounds();
     return tree.spheres.nodes.size();
 }
 

@@ -24,7 +24,7 @@ LeafBoxes::LeafBoxes(const CollisionTree& tree) : tree_(&tree), roots_(tree.sphe
     for (std::size_t leaf = 0; leaf < roots_.size(); ++leaf) {
         const SphereTree::Node& sphere_node = tree.spheres.nodes[leaf];
         if (!sphere_node.is_leaf()) continue;
-        roots_[leaf] = static_cast<int>(nodes_.size());
+        roots_[leaf] = nodes_.size();
         add_nodes(sphere_node.face_begin, sphere_node.face_end);
     }
     list_vertices();
@@ -42,9 +42,9 @@ void LeafBoxes::add_nodes(int face_begin, int face_end) {
         constexpr int most = std::bit_width(static_cast<unsigned>(LeafBoxes::max_boxes)) - 1;
         const int levels = (left + most - 1) / most;
         const int parts = 1 << (left + levels - 1) / levels;  // the same on all levels
-        nodes_[next].first_child = static_cast<int>(nodes_.size());
+        nodes_[next].first_child = nodes_.size();
         nodes_[next].count = parts;
-        add_parts(static_cast<int>(next), whole.first_slot, whole.first_slot + whole.count, parts);
+        add_parts(next, whole.first_slot, whole.first_slot + whole.count, parts);
     }
 }
 
@@ -65,20 +65,18 @@ void LeafBoxes::list_vertices() {
     std::vector<int> ends(nodes_.size());
     for (std::size_t i = nodes_.size(); i-- > 0;) {
         const Node& n = nodes_[i];
-        ends[i] = n.has_faces() ? n.first_slot + n.count
-                                : ends[static_cast<std::size_t>(n.first_child + n.count - 1)];
+        ends[i] = n.has_faces() ? n.first_slot + n.count : ends[n.first_child + n.count - 1];
     }
     // Repeats are left out before sorting, which costs far more than this.
-    std::vector<int> last_node(static_cast<std::size_t>(tree_->vertex_count), -1);  // that lists a vertex
+    std::vector<int> last_node(tree_->vertex_count, -1);  // that lists a vertex
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
         Node& n = nodes_[i];
-        n.vertex_begin = static_cast<int>(vertices_.size());
+        n.vertex_begin = vertices_.size();
         for (const int v : std::span(corners(n.first_slot), corners(ends[i])))
-            if (std::exchange(last_node[static_cast<std::size_t>(v)], static_cast<int>(i)) !=
-                static_cast<int>(i))
+            if (std::exchange(last_node[v], static_cast<int>(i)) != static_cast<int>(i))
                 vertices_.push_back(v);
         std::sort(vertices_.begin() + n.vertex_begin, vertices_.end());
-        n.vertex_end = static_cast<int>(vertices_.size());
+        n.vertex_end = vertices_.size();
     }
 }
 
@@ -90,14 +88,13 @@ void LeafBoxes::begin_pose(const Positions& x) noexcept {
 
 Box LeafBoxes::whole(int i) const noexcept {
     const int parent = node(i).parent;
-    return parent < 0 ? opened_[static_cast<std::size_t>(at(i))].whole
-                      : opened_[static_cast<std::size_t>(at(parent))].box(i - node(parent).first_child);
+    return parent < 0 ? opened_[at(i)].whole : opened_[at(parent)].box(i - node(parent).first_child);
 }
 
 int LeafBoxes::fit(int i) noexcept {
     const Node& n = node(i);
     x_.require(vertices_of(n));
-    at_[static_cast<std::size_t>(i)] = static_cast<int>(opened_.size());
+    at_[i] = opened_.size();
     Opened& opened = opened_.emplace_back();
     opened.node = i;
     const int count = x_.rows().rows() == 0 ? 0 : n.count;

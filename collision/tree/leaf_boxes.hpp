@@ -46,19 +46,17 @@ class LeafBoxes {
     void begin_pose(const Positions& x) noexcept;
 
     /// The node that spans all faces of a leaf of the sphere tree.
-    int root(int leaf) const noexcept { return roots_[static_cast<std::size_t>(leaf)]; }
-    const Node& node(int i) const noexcept { return nodes_[static_cast<std::size_t>(i)]; }
+    int root(int leaf) const noexcept { return roots_[leaf]; }
+    const Node& node(int i) const noexcept { return nodes_[i]; }
 
     /// Box around all faces of a node. The node or its parent must be open.
     Box whole(int i) const noexcept;
 
     /// Fits the boxes of a node's children or faces to the pose and returns them in order. Open the parent of
     /// a node first.
-    const Opened& open(int i) noexcept {
-        return opened_[static_cast<std::size_t>(is_open(i) ? at(i) : fit(i))];
-    }
+    const Opened& open(int i) noexcept { return opened_[is_open(i) ? at(i) : fit(i)]; }
     /// Number of nodes opened in this pose.
-    long opened() const noexcept { return static_cast<long>(opened_.size()); }
+    long opened() const noexcept { return opened_.size(); }
     /// Whether a position under the nodes opened in this pose is not finite.
     bool met_non_finite() const noexcept { return met_non_finite_; }
 
@@ -72,14 +70,14 @@ class LeafBoxes {
     }
     /// Prefetches what opening a node below an open one will read.
     void prefetch_node(int i) const noexcept {
-        prefetch_line(&at_[static_cast<std::size_t>(i)]);
+        prefetch_line(&at_[i]);
         const Node& n = node(i);
         if (n.has_faces())
             prefetch_lines(std::span(corners(n.first_slot), 3 * static_cast<std::size_t>(n.count)));
     }
 
     /// Index of the face at position `slot` of the sphere tree's `faces`.
-    int face(int slot) const noexcept { return tree_->spheres.faces[static_cast<std::size_t>(slot)]; }
+    int face(int slot) const noexcept { return tree_->spheres.faces[slot]; }
     std::array<int, 3> face_vertices(int slot) const noexcept {
         const int* c = corners(slot);
         return {c[0], c[1], c[2]};
@@ -93,15 +91,14 @@ class LeafBoxes {
     void add_nodes(int face_begin, int face_end);
     void add_parts(int parent, int face_begin, int face_end, int parts);
     void list_vertices();
-    int at(int i) const noexcept { return at_[static_cast<std::size_t>(i)]; }
+    int at(int i) const noexcept { return at_[i]; }
     bool is_open(int i) const noexcept {
-        const auto place = static_cast<std::size_t>(at(i));
+        const std::size_t place = at(i);
         return place < opened_.size() && opened_[place].node == i;
     }
     int fit(int i) noexcept;
     std::span<const int> vertices_of(const Node& n) const noexcept {
-        return std::span(vertices_).subspan(static_cast<std::size_t>(n.vertex_begin),
-                                            static_cast<std::size_t>(n.vertex_end - n.vertex_begin));
+        return std::span(vertices_).subspan(n.vertex_begin, n.vertex_end - n.vertex_begin);
     }
 
     const CollisionTree* tree_;

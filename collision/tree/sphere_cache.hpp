@@ -30,7 +30,7 @@ class SphereCache {
 
     template <Bound B>
     const Sphere& get(int node, B& bounds) noexcept {
-        const auto i = static_cast<std::size_t>(node);
+        const std::size_t i = node;
         if (poses_[i] != pose_) {
             spheres_[i] = compute(node, bounds);
             poses_[i] = pose_;
@@ -51,7 +51,7 @@ class SphereCache {
  private:
     template <Bound B>
     Sphere compute(int node, B& bounds) noexcept {
-        const auto i = static_cast<std::size_t>(node);
+        const std::size_t i = node;
         Sphere sphere = bounds.bound(node);
         float margin = node_margins_.margins[i];
         if constexpr (GatedBound<B>)

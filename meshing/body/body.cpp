@@ -84,13 +84,13 @@ void check(const std::filesystem::path& path, const Body& body) {
 Material mean_material(const Body& body) {
     if (body.regions.empty()) return body.material;
     const auto& [X, T] = body.tets;
-    const auto materials = materials_of_tets(body.material, body.regions, static_cast<int>(T.rows()));
+    const auto materials = materials_of_tets(body.material, body.regions, T.rows());
     Material mean = body.material;
     double volume = 0, young = 0, mass = 0;
     for (Eigen::Index t = 0; t < T.rows(); ++t) {
         const Eigen::RowVector3d a = X.row(T(t, 0)), b = X.row(T(t, 1)) - a, c = X.row(T(t, 2)) - a;
         const double part = b.cross(c).dot(X.row(T(t, 3)) - a) / 6;
-        const Material& material = *materials[static_cast<std::size_t>(t)];
+        const Material& material = *materials[t];
         volume += part;
         young += part * material.young;
         mass += part * material.density;
@@ -150,15 +150,15 @@ Body load_body(const std::filesystem::path& path) {
     body.tets.T = file.matrix<Tets>("tets/cells", h5::any, 4);
     body.surface.X = file.matrix<Nodes>("surface/vertices", h5::any, 3);
     body.surface.F = file.matrix<Faces>("surface/faces", h5::any, 3);
-    const auto vertices = static_cast<std::size_t>(body.surface.X.rows());
-    const auto nodes = static_cast<std::size_t>(body.tets.X.rows());
+    const std::size_t vertices = body.surface.X.rows();
+    const std::size_t nodes = body.tets.X.rows();
     if (file.has("origin")) body.origin = file.matrix<Eigen::VectorXd>("origin", 3);
     body.W = h5::read_sparse<double>(file, "embedding", vertices, nodes);
     body.material = read_material(file, "material");
     body.regions = read_regions(file);
     if (file.has("modes")) {
         body.modes.frequencies = file.matrix<Eigen::VectorXd>("modes/frequencies", h5::any);
-        const auto modes = static_cast<std::size_t>(body.modes.frequencies.size());
+        const std::size_t modes = body.modes.frequencies.size();
         body.modes.U = file.matrix<Eigen::MatrixXf>("modes/U", 3 * nodes, modes);
     }
     check(path, body);

@@ -14,7 +14,7 @@ namespace nbd {
 struct ModeBasis {
     Eigen::MatrixXf U;            // [3 N, m], node-major (x y z of node 0 first), columns M-orthonormal
     Eigen::VectorXd frequencies;  // [m], Hz, ascending
-    int count() const noexcept { return static_cast<int>(U.cols()); }
+    int count() const noexcept { return U.cols(); }
 };
 
 /// A deformable body at rest. `nbdtree mesh` writes it; every other command starts from it.

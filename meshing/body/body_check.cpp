@@ -98,7 +98,7 @@ void check_body(const Body& body) {
     check_indices(body.surface.F, body.surface.X.rows(), "face", "vertex");
     check_embedding(body);
     check_material(body.material);
-    check_regions(body.regions, body.material, static_cast<int>(body.tets.T.rows()));
+    check_regions(body.regions, body.material, body.tets.T.rows());
     check_modes(body.modes, body.tets.X.rows());
 }
 

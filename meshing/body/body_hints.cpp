@@ -53,14 +53,13 @@ std::string size_hint(const Body& body, double scale) {
 
 std::string thin_hint(const TetMesh& tets) {
     const Faces boundary = boundary_faces(tets);
-    std::vector<char> is_outer(static_cast<std::size_t>(tets.X.rows()), 0);
-    for (const int i : boundary.reshaped()) is_outer[static_cast<std::size_t>(i)] = 1;
+    std::vector<char> is_outer(tets.X.rows(), 0);
+    for (const int i : boundary.reshaped()) is_outer[i] = 1;
     double all = 0, thin = 0;  // thin: from boundary to boundary in one tetrahedron
     for (Eigen::Index t = 0; t < tets.T.rows(); ++t) {
         const double v = volume(tets, t);
         all += v;
-        if (std::ranges::all_of(tets.T.row(t), [&](int i) { return is_outer[static_cast<std::size_t>(i)]; }))
-            thin += v;
+        if (std::ranges::all_of(tets.T.row(t), [&](int i) { return is_outer[i]; })) thin += v;
     }
     const double length = (tets.X.colwise().maxCoeff() - tets.X.colwise().minCoeff()).norm(),
                  thickness = 2 * all / area(tets, boundary);

@@ -24,7 +24,7 @@ class TetLocator {
         : tets_(tets), to_weights_(checked_inverses(tets)), tree_(boxes(tets)) {}
 
     Eigen::Vector4d weights(int t, const Eigen::Vector3d& x) const {
-        const Eigen::Vector3d w = to_weights_[static_cast<std::size_t>(t)] * (x - corner(t, 0));
+        const Eigen::Vector3d w = to_weights_[t] * (x - corner(t, 0));
         return {1 - w.sum(), w[0], w[1], w[2]};
     }
 
@@ -56,7 +56,7 @@ class TetLocator {
  private:
     static std::vector<Eigen::Matrix3d> checked_inverses(const TetMesh& tets) {
         if (tets.T.rows() == 0) throw std::invalid_argument("no tetrahedra to embed in");
-        std::vector<Eigen::Matrix3d> inverses(static_cast<std::size_t>(tets.T.rows()));
+        std::vector<Eigen::Matrix3d> inverses(tets.T.rows());
         for (int t = 0; t < tets.T.rows(); ++t) {
             for (const int v : tets.T.row(t))
                 if (v < 0 || v >= tets.X.rows())
@@ -69,16 +69,15 @@ class TetLocator {
             if (!(volume > 0) || !std::isfinite(volume))
                 throw std::invalid_argument(
                     fmt::format("tetrahedron {} has volume {:.6g} m3; allowed: more than 0", t, volume));
-            inverses[static_cast<std::size_t>(t)] = edges.inverse();
+            inverses[t] = edges.inverse();
         }
         return inverses;
     }
 
     static std::vector<BoxTree::Box> boxes(const TetMesh& tets) {
-        std::vector<BoxTree::Box> boxes(static_cast<std::size_t>(tets.T.rows()));
+        std::vector<BoxTree::Box> boxes(tets.T.rows());
         for (int t = 0; t < tets.T.rows(); ++t)
-            for (const int v : tets.T.row(t))
-                boxes[static_cast<std::size_t>(t)].extend(tets.X.row(v).transpose());
+            for (const int v : tets.T.row(t)) boxes[t].extend(tets.X.row(v).transpose());
         return boxes;
     }
 
@@ -138,7 +137,7 @@ Embedding embed(const TetMesh& tets, NodesRef points, const EmbedConfig& config)
         const Eigen::Vector3d x = points.row(p);
         if (!x.allFinite()) throw std::invalid_argument(name_point(points, p) + " is not finite");
         if (const int node = nodes.find(points.row(p)); node >= 0) {
-            entries.emplace_back(p, node_of[static_cast<std::size_t>(node)], 1);
+            entries.emplace_back(p, node_of[node], 1);
             continue;
         }
         int t = locator.holding(x);

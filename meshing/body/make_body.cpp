@@ -11,17 +11,17 @@ namespace nbd {
 
 TriMesh boundary_surface(const TetMesh& tets) {
     TriMesh surface{{}, boundary_faces(tets)};
-    std::vector<int> row(static_cast<std::size_t>(tets.X.rows()), -1);
-    for (const int node : surface.F.reshaped()) row[static_cast<std::size_t>(node)] = 0;
+    std::vector<int> row(tets.X.rows(), -1);
+    for (const int node : surface.F.reshaped()) row[node] = 0;
     surface.X.resize(tets.X.rows(), 3);
     int count = 0;
     for (int node = 0; node < tets.X.rows(); ++node) {
-        if (row[static_cast<std::size_t>(node)] < 0) continue;
+        if (row[node] < 0) continue;
         surface.X.row(count) = tets.X.row(node);
-        row[static_cast<std::size_t>(node)] = count++;
+        row[node] = count++;
     }
     surface.X.conservativeResize(count, 3);
-    for (int& corner : surface.F.reshaped()) corner = row[static_cast<std::size_t>(corner)];
+    for (int& corner : surface.F.reshaped()) corner = row[corner];
     return surface;
 }
 

@@ -56,9 +56,9 @@ void check_material(const Material& m) {
 
 std::vector<const Material*> materials_of_tets(const Material& material,
                                                const std::vector<MaterialRegion>& regions, int tets) {
-    std::vector<const Material*> result(static_cast<std::size_t>(tets), &material);
+    std::vector<const Material*> result(tets, &material);
     for (const MaterialRegion& region : regions)
-        for (const int t : region.tets) result[static_cast<std::size_t>(t)] = &region.material;
+        for (const int t : region.tets) result[t] = &region.material;
     return result;
 }
 
@@ -67,7 +67,7 @@ void check_regions(const std::vector<MaterialRegion>& regions, const Material& m
         throw std::invalid_argument(
             fmt::format("{} regions of material; allowed: at most {}", regions.size(), max_regions));
     std::set<std::string> names;
-    std::vector<char> taken(static_cast<std::size_t>(tets), 0);
+    std::vector<char> taken(tets, 0);
     for (const MaterialRegion& region : regions) {
         const auto refuse = [&](const std::string& reason) {
             throw std::invalid_argument(fmt::format("region \"{}\": {}", region.name, reason));
@@ -87,7 +87,7 @@ void check_regions(const std::vector<MaterialRegion>& regions, const Material& m
         for (const int t : region.tets) {
             if (t < 0 || t >= tets)
                 refuse(fmt::format("it has tetrahedron {}; allowed: 0 to {}", t, tets - 1));
-            if (taken[static_cast<std::size_t>(t)]++)
+            if (taken[t]++)
                 refuse(fmt::format("tetrahedron {} is in a region already; allowed: one each", t));
         }
     }

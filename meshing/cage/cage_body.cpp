@@ -103,8 +103,8 @@ CageBody make_cage_body(std::string name, TriMesh surface, int nodes, const Mate
         throw std::invalid_argument(
             fmt::format("a cage of {} nodes; allowed: {} to {}", nodes, min_cage_nodes, max_cage_nodes));
     Filled filled = fill(SoupWrap(surface), surface, nodes);
-    report.vertices = static_cast<int>(filled.cage.surface.X.rows());
-    report.faces = static_cast<int>(filled.cage.surface.F.rows());
+    report.vertices = filled.cage.surface.X.rows();
+    report.faces = filled.cage.surface.F.rows();
     report.volume = tet_quality(filled.tets).volume;
     report.alpha = filled.cage.alpha;
     report.offset = filled.cage.offset;

@@ -7,9 +7,7 @@
 namespace nbd {
 namespace {
 
-std::size_t index(int side, int i, int j, int k) {
-    return static_cast<std::size_t>((i * side + j) * side + k);
-}
+std::size_t index(int side, int i, int j, int k) { return (i * side + j) * side + k; }
 
 }  // namespace
 
@@ -43,14 +41,13 @@ std::vector<char> ChamberGrid::inside(const TriMesh& surface) const {
                 };
                 const double wa = side_of(b, c), wb = side_of(c, a), wc = side_of(a, b);
                 if (wa < 0 || wb < 0 || wc < 0) continue;
-                heights[static_cast<std::size_t>(i * side + j)].push_back(wa * a.z() + wb * b.z() +
-                                                                          wc * c.z());
+                heights[i * side + j].push_back(wa * a.z() + wb * b.z() + wc * c.z());
             }
     }
     std::vector<char> result(static_cast<std::size_t>(side) * side * side, 0);
     for (int i = 0; i < side; ++i)
         for (int j = 0; j < side; ++j) {
-            std::vector<double>& column = heights[static_cast<std::size_t>(i * side + j)];
+            std::vector<double>& column = heights[i * side + j];
             std::ranges::sort(column);
             std::size_t below = 0;
             for (int k = 0; k < side; ++k) {

@@ -39,7 +39,7 @@ Triangles solid_triangles(const TriMesh& soup) {
     const Eigen::RowVector3d extent = soup.X.colwise().maxCoeff() - soup.X.colwise().minCoeff();
     const double tiny = 1e-7 * extent.maxCoeff();
     Triangles triangles;
-    triangles.reserve(static_cast<std::size_t>(soup.F.rows()));
+    triangles.reserve(soup.F.rows());
     for (int f = 0; f < soup.F.rows(); ++f) {
         const std::array<Point, 3> corners = {point(soup.F(f, 0)), point(soup.F(f, 1)), point(soup.F(f, 2))};
         const Triangle3 triangle(corners[0], corners[1], corners[2]);
@@ -86,20 +86,19 @@ SoupWrap::SoupWrap(SoupWrap&&) noexcept = default;
 TriMesh SoupWrap::wrap(double alpha, double offset) const {
     CGAL::Surface_mesh<Point> wrapped;
     CGAL::alpha_wrap_3(soup_->corners, soup_->faces, alpha, offset, wrapped);
-    TriMesh mesh{Nodes(static_cast<Eigen::Index>(wrapped.number_of_vertices()), 3),
-                 Faces(static_cast<Eigen::Index>(wrapped.number_of_faces()), 3)};
+    TriMesh mesh{Nodes(wrapped.number_of_vertices(), 3), Faces(wrapped.number_of_faces(), 3)};
     std::vector<int> row(wrapped.num_vertices() + wrapped.number_of_removed_vertices());
     int count = 0;
     for (const auto v : wrapped.vertices()) {
         const Point& p = wrapped.point(v);
         mesh.X.row(count) << p.x(), p.y(), p.z();
-        row[static_cast<std::size_t>(v)] = count++;
+        row[v] = count++;
     }
     count = 0;
     for (const auto f : wrapped.faces()) {
         int corner = 0;
         for (const auto v : wrapped.vertices_around_face(wrapped.halfedge(f)))
-            mesh.F(count, corner++) = row[static_cast<std::size_t>(v)];
+            mesh.F(count, corner++) = row[v];
         ++count;
     }
     return mesh;

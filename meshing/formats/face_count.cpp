@@ -16,7 +16,7 @@ std::string head_of(std::ifstream& file) {
     constexpr std::streamsize size = 65536;
     std::string head(size, '\0');
     file.read(head.data(), size);
-    head.resize(static_cast<std::size_t>(file.gcount()));
+    head.resize(file.gcount());
     return head;
 }
 
@@ -61,8 +61,8 @@ std::uint64_t faces_of_obj(std::ifstream& file) {
     std::string block(1 << 20, '\0');
     std::uint64_t faces = 0;
     char before = '\n';
-    while (file.read(block.data(), static_cast<std::streamsize>(block.size())), file.gcount() > 0)
-        for (const char c : std::string_view(block.data(), static_cast<std::size_t>(file.gcount()))) {
+    while (file.read(block.data(), block.size()), file.gcount() > 0)
+        for (const char c : std::string_view(block.data(), file.gcount())) {
             faces += c == 'f' && before == '\n';
             before = c;
         }

@@ -108,7 +108,7 @@ std::size_t FileCursor::check_count(std::int64_t n, std::string_view things, std
         std::min<std::size_t>((bytes_.size() - at_) / least_bytes, std::numeric_limits<int>::max());
     if (n < 0 || static_cast<std::uint64_t>(n) > fitting + 1)
         fail(fmt::format("claims {} {}, but the rest of the file holds at most {}", n, things, fitting + 1));
-    return static_cast<std::size_t>(n);
+    return n;
 }
 
 std::size_t FileCursor::count(std::string_view things, std::size_t least_bytes) {

@@ -186,7 +186,7 @@ const json& GlbFile::item(const char* array, std::int64_t number) const {
     const std::size_t count = found != json_.end() && found->is_array() ? found->size() : 0;
     if (number < 0 || static_cast<std::uint64_t>(number) >= count)
         refuse_glb("there is no {} of \"{}\", which has {}", number, array, count);
-    const json& result = (*found)[static_cast<std::size_t>(number)];
+    const json& result = (*found)[number];
     if (!result.is_object()) refuse_glb("{} of \"{}\" is not an object", number, array);
     return result;
 }
@@ -206,13 +206,13 @@ GlbFile::Numbers GlbFile::find(const json& from, std::size_t count, std::size_t 
     const std::int64_t number = json_number(view, "buffer", -1);
     if (number < 0 || static_cast<std::size_t>(number) >= buffers_.size())
         refuse_glb("a view is of buffer {}, but there are {}", number, buffers_.size());
-    const std::string& buffer = buffers_[static_cast<std::size_t>(number)];
+    const std::string& buffer = buffers_[number];
     const std::int64_t offset = json_number(view, "byteOffset", 0),
                        length = json_number(view, "byteLength", 0),
                        begin = json_number(from, "byteOffset", 0),
                        stride = has_stride ? json_number(view, "byteStride", static_cast<std::int64_t>(row))
                                            : static_cast<std::int64_t>(row);
-    const auto size = static_cast<std::int64_t>(buffer.size());
+    const std::int64_t size = buffer.size();
     if (offset < 0 || length < 0 || offset > size || length > size - offset)
         refuse_glb("a view takes {} bytes from {} on, but its buffer has {}", length, offset, size);
     if (begin < 0 || stride < static_cast<std::int64_t>(row) || stride > 65536)
@@ -225,9 +225,8 @@ GlbFile::Numbers GlbFile::find(const json& from, std::size_t count, std::size_t 
         refuse_glb(
             "the file ends early: {} numbers of an accessor do not fit into the {} bytes of their view",
             count, length);
-    return {std::string_view(buffer).substr(static_cast<std::size_t>(offset + begin),
-                                            static_cast<std::size_t>(length - begin)),
-            static_cast<std::size_t>(stride), component_type};
+    return {std::string_view(buffer).substr(offset + begin, length - begin), static_cast<std::size_t>(stride),
+            component_type};
 }
 
 std::vector<double> GlbFile::numbers(std::int64_t accessor, std::size_t components) const {
@@ -236,7 +235,7 @@ std::vector<double> GlbFile::numbers(std::int64_t accessor, std::size_t componen
     if (const auto type = from.find("type"); type == from.end() || *type != wanted)
         refuse_glb("accessor {} is not of type {}", accessor, wanted);
     const std::int64_t count = json_number(from, "count", 0);
-    const auto component_type = static_cast<int>(json_number(from, "componentType", 0));
+    const int component_type = json_number(from, "componentType", 0);
     const bool is_index = components == 1, is_float = component_type == 5126;
     const bool is_unsigned = component_type == 5121 || component_type == 5123 || component_type == 5125;
     if (bytes_of(component_type) == 0 || (is_index ? !is_unsigned : component_type == 5125))
@@ -247,7 +246,7 @@ std::vector<double> GlbFile::numbers(std::int64_t accessor, std::size_t componen
     constexpr std::int64_t most = 1 << 30;
     if (count < 0 || count > most)
         refuse_glb("accessor {} has {} items; allowed: 0 to {}", accessor, count, most);
-    const auto rows = static_cast<std::size_t>(count);
+    const std::size_t rows = count;
     std::vector<double> values;
     const auto read_row = [&](const Numbers& numbers, std::size_t row, double* to) {
         for (std::size_t c = 0; c < components; ++c)
@@ -270,20 +269,18 @@ std::vector<double> GlbFile::numbers(std::int64_t accessor, std::size_t componen
     const std::int64_t changes = json_number(*sparse, "count", 0);
     if (changes < 0 || changes > count)
         refuse_glb("accessor {} changes {} of {} items", accessor, changes, count);
-    const auto index_type = static_cast<int>(json_number((*sparse)["indices"], "componentType", 0));
+    const int index_type = json_number((*sparse)["indices"], "componentType", 0);
     if (index_type != 5121 && index_type != 5123 && index_type != 5125)
         refuse_glb("accessor {} has sparse indices of type {}; allowed: 5121, 5123, 5125", accessor,
                    index_type);
-    const Numbers at = find((*sparse)["indices"], static_cast<std::size_t>(changes), 1, index_type, false);
-    const Numbers to =
-        find((*sparse)["values"], static_cast<std::size_t>(changes), components, component_type, false);
+    const Numbers at = find((*sparse)["indices"], changes, 1, index_type, false);
+    const Numbers to = find((*sparse)["values"], changes, components, component_type, false);
     if (values.empty() && rows > 64 * (1 + static_cast<std::size_t>(changes)))
         refuse_glb("accessor {} has {} items without data", accessor,
                    rows - static_cast<std::size_t>(changes));
     values.resize(rows * components);
     for (std::size_t change = 0; change < static_cast<std::size_t>(changes); ++change) {
-        const auto row =
-            static_cast<std::size_t>(number_at(at.bytes.data() + change * at.stride, index_type, false));
+        const auto row = number_at(at.bytes.data() + change * at.stride, index_type, false);
         if (row >= rows) refuse_glb("accessor {} changes item {} of {}", accessor, row, rows);
         read_row(to, change, &values[row * components]);
     }

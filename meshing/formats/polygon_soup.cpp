@@ -14,14 +14,14 @@
 namespace nbd {
 
 TriMesh triangulate(const PolygonSoup& soup) {
-    constexpr auto most = static_cast<std::size_t>(std::numeric_limits<int>::max());
+    constexpr std::size_t most = std::numeric_limits<int>::max();
     if (soup.X.size() > most || soup.corners.size() > most)
         throw std::runtime_error(
             fmt::format("{} vertices and {} face corners, but at most {} can be numbered", soup.X.size(),
                         soup.corners.size(), most));
     constexpr double farthest = std::numeric_limits<float>::max();
     TriMesh mesh;
-    mesh.X.resize(static_cast<Eigen::Index>(soup.X.size()), 3);
+    mesh.X.resize(soup.X.size(), 3);
     for (std::size_t v = 0; v < soup.X.size(); ++v) {
         const auto& [x, y, z] = soup.X[v];
         if (!std::isfinite(x) || !std::isfinite(y) || !std::isfinite(z))
@@ -29,7 +29,7 @@ TriMesh triangulate(const PolygonSoup& soup) {
         if (std::max({std::abs(x), std::abs(y), std::abs(z)}) > farthest)
             throw std::runtime_error(fmt::format(
                 "vertex {} is too far away: ({}, {}, {}); allowed: up to {:.3g} m", v, x, y, z, farthest));
-        mesh.X.row(static_cast<Eigen::Index>(v)) << x, y, z;
+        mesh.X.row(v) << x, y, z;
     }
     std::vector<std::array<int, 3>> triangles;
     std::vector<int> polygon;
@@ -41,15 +41,15 @@ TriMesh triangulate(const PolygonSoup& soup) {
             if (v < 0 || v >= mesh.X.rows())
                 throw std::runtime_error(fmt::format(
                     "face {} refers to vertex {}, but the file has {} vertices", f, v, soup.X.size()));
-            polygon.push_back(static_cast<int>(v));
+            polygon.push_back(v);
         }
         if (polygon.size() < 3) continue;
         for (const auto& triangle : triangulate_polygon(mesh.X, polygon)) triangles.push_back(triangle);
     }
     if (triangles.empty()) throw std::runtime_error("no faces in the file");
-    mesh.F.resize(static_cast<Eigen::Index>(triangles.size()), 3);
+    mesh.F.resize(triangles.size(), 3);
     for (std::size_t f = 0; f < triangles.size(); ++f)
-        mesh.F.row(static_cast<Eigen::Index>(f)) << triangles[f][0], triangles[f][1], triangles[f][2];
+        mesh.F.row(f) << triangles[f][0], triangles[f][1], triangles[f][2];
     return mesh;
 }
 

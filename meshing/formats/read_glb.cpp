@@ -75,10 +75,10 @@ class GlbReader {
             const Visit visit = open.back();
             open.pop_back();
             const json& node = file_.item("nodes", visit.node);
-            if (is_visited_[static_cast<std::size_t>(visit.node)])
+            if (is_visited_[visit.node])
                 refuse_glb(fmt::format(
                     "node {} is named twice; allowed: as a child of one node, or in the scene", visit.node));
-            is_visited_[static_cast<std::size_t>(visit.node)] = true;
+            is_visited_[visit.node] = true;
             const Eigen::Affine3d transform = visit.parent * transform_of(node);
             if (node.contains("mesh")) add_mesh(json_number(node, "mesh", -1), transform);
             const std::vector<std::int64_t> below = children(node);
@@ -110,8 +110,7 @@ class GlbReader {
         if (!found->is_array()) refuse_glb(fmt::format("\"{}\" is not an array", key));
         for (const json& number : *found) {
             if (!number.is_number_unsigned()) refuse_glb(fmt::format("\"{}\" holds what is no number", key));
-            numbers.push_back(
-                static_cast<std::int64_t>(std::min(number.get<std::uint64_t>(), std::uint64_t{1} << 62)));
+            numbers.push_back(std::min(number.get<std::uint64_t>(), std::uint64_t{1} << 62));
         }
         return numbers;
     }
@@ -126,8 +125,7 @@ class GlbReader {
         std::vector<std::int64_t> numbers;
         for (std::size_t node = 0; node < count; ++node)
             for (const std::int64_t child : children(file_.item("nodes", static_cast<std::int64_t>(node))))
-                if (static_cast<std::size_t>(child) < count)
-                    has_parent[static_cast<std::size_t>(child)] = true;
+                if (static_cast<std::size_t>(child) < count) has_parent[child] = true;
         for (std::size_t node = 0; node < count; ++node)
             if (!has_parent[node]) numbers.push_back(static_cast<std::int64_t>(node));
         if (numbers.empty() && count > 0) refuse_glb("its nodes are children of each other");
@@ -160,9 +158,9 @@ class GlbReader {
             corners = file_.indices(json_number(primitive, "indices", -1));
         } else {
             corners.resize(X.size());
-            for (std::size_t v = 0; v < X.size(); ++v) corners[v] = static_cast<std::int64_t>(v);
+            for (std::size_t v = 0; v < X.size(); ++v) corners[v] = v;
         }
-        const auto base = static_cast<std::int64_t>(soup_.X.size());
+        const std::int64_t base = soup_.X.size();
         if (soup_.X.size() + X.size() > most || soup_.corners.size() + 3 * corners.size() > most)
             refuse_glb(fmt::format("its instances have more than {} vertices or corners", most));
         const bool is_turned = transform.linear().determinant() < 0;  // a mirror turns faces inside out
@@ -191,7 +189,7 @@ class GlbReader {
         }
     }
 
-    static constexpr auto most = static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max());
+    static constexpr std::size_t most = std::numeric_limits<std::int32_t>::max();
 
     GlbFile file_;
     std::vector<bool> is_visited_;

@@ -151,17 +151,17 @@ class ObjReader {
     PolygonSoup in_order_of_faces() {
         std::vector<std::int64_t> row(all_.size(), -1);
         for (std::int64_t& corner : soup_.corners) {
-            std::int64_t& mine = row[static_cast<std::size_t>(corner)];
+            std::int64_t& mine = row[corner];
             if (mine < 0) {
-                mine = static_cast<std::int64_t>(soup_.X.size());
-                soup_.X.push_back(all_[static_cast<std::size_t>(corner)]);
+                mine = soup_.X.size();
+                soup_.X.push_back(all_[corner]);
             }
             corner = mine;
         }
         return std::move(soup_);
     }
 
-    std::int64_t vertex_count() const { return static_cast<std::int64_t>(all_.size()); }
+    std::int64_t vertex_count() const { return all_.size(); }
 
     std::vector<std::array<double, 3>> all_;
     PolygonSoup soup_;  // until the end with corners among all vertices

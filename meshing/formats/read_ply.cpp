@@ -139,7 +139,7 @@ class Numbers {
     }
 
     bool next_bytes(Type type, double& value) {
-        const auto n = static_cast<std::size_t>(type.bytes);
+        const std::size_t n = type.bytes;
         if (data_.size() < n) return false;
         char bytes[8] = {};
         const bool swap = (encoding_ == Encoding::big) != (std::endian::native == std::endian::big);
@@ -223,7 +223,7 @@ void read_element(const Element& element, Numbers& numbers, PolygonSoup& soup) {
                 const double value = read(property.type, i);
                 if (is_vertex && property.name.size() == 1 && property.name[0] >= 'x' &&
                     property.name[0] <= 'z')
-                    x[static_cast<std::size_t>(property.name[0] - 'x')] = value;
+                    x[property.name[0] - 'x'] = value;
                 if (!is_corners) continue;
                 if (!(std::abs(value) < 1e15) || value != std::floor(value))
                     fail(fmt::format("PLY: {} {} refers to vertex {}", is_face ? "face" : "strip", i, value));

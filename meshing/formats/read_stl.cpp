@@ -32,8 +32,8 @@ std::string lower(std::string_view word) {
 std::string beginning(const std::filesystem::path& path) {
     std::ifstream file(path, std::ios::binary);
     std::string bytes(4096, '\0');
-    file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    bytes.resize(static_cast<std::size_t>(file.gcount()));
+    file.read(bytes.data(), bytes.size());
+    bytes.resize(file.gcount());
     if (bytes.starts_with("\xEF\xBB\xBF")) bytes.erase(0, 3);
     bytes.erase(0, bytes.find_first_not_of(" \t\r\n\v\f"));
     return lower(bytes);

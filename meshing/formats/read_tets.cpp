@@ -38,17 +38,17 @@ TetFileContent read_file(const std::filesystem::path& path) {
 int drop_unused_nodes(TetFileContent& content) {
     std::vector<int> row(content.nodes.size(), -1);
     for (const auto& tet : content.tets)
-        for (const int node : tet) row[static_cast<std::size_t>(node)] = 0;
+        for (const int node : tet) row[node] = 0;
     int kept = 0;
     for (std::size_t n = 0; n < row.size(); ++n) {
         if (row[n] < 0) continue;
-        content.nodes[static_cast<std::size_t>(kept)] = content.nodes[n];
+        content.nodes[kept] = content.nodes[n];
         row[n] = kept++;
     }
     for (auto& tet : content.tets)
-        for (int& node : tet) node = row[static_cast<std::size_t>(node)];
+        for (int& node : tet) node = row[node];
     const int dropped = static_cast<int>(content.nodes.size()) - kept;
-    content.nodes.resize(static_cast<std::size_t>(kept));
+    content.nodes.resize(kept);
     return dropped;
 }
 
@@ -81,12 +81,12 @@ int orient(TetMesh& tets) {
 void check_faces(const TetMesh& tets) {
     // Sorted corners of the face; parity of the tetrahedron as (face, opposite corner); tetrahedron.
     std::vector<std::array<int, 5>> sides;
-    sides.reserve(static_cast<std::size_t>(tets.T.size()));
+    sides.reserve(tets.T.size());
     for (int t = 0; t < tets.T.rows(); ++t)
         for (int skip = 0; skip < 4; ++skip) {
             std::array<int, 3> face{};
             for (int c = 0, k = 0; c < 4; ++c)
-                if (c != skip) face[static_cast<std::size_t>(k++)] = tets.T(t, c);
+                if (c != skip) face[k++] = tets.T(t, c);
             const auto [a, b, c] = face;
             const int parity = (3 - skip + (a > b) + (a > c) + (b > c)) % 2;
             std::ranges::sort(face);
@@ -114,7 +114,7 @@ std::vector<TetGroup> groups_of(const TetFileContent& content) {
         const std::string name = is_named ? given->second : fmt::format("group {}", number);
         TetGroup& group = found[name];
         group.name = name;
-        group.tets.push_back(static_cast<int>(t));
+        group.tets.push_back(t);
     }
     if (!has_names && found.size() == 1 && found.begin()->second.tets.size() == content.tets.size())
         return {};
@@ -132,10 +132,8 @@ TetMesh read_tets(const std::filesystem::path& path, std::vector<std::string>* n
         if (content.tets.empty()) throw std::runtime_error("the file holds no tetrahedra");
         const int dropped = drop_unused_nodes(content);
         TetMesh tets;
-        tets.X = Eigen::Map<const Nodes>(content.nodes.front().data(),
-                                         static_cast<Eigen::Index>(content.nodes.size()), 3);
-        tets.T = Eigen::Map<const Tets>(content.tets.front().data(),
-                                        static_cast<Eigen::Index>(content.tets.size()), 4);
+        tets.X = Eigen::Map<const Nodes>(content.nodes.front().data(), content.nodes.size(), 3);
+        tets.T = Eigen::Map<const Tets>(content.tets.front().data(), content.tets.size(), 4);
         const int turned = orient(tets);
         check_faces(tets);
         if (groups) *groups = groups_of(content);

@@ -59,7 +59,7 @@ void add_cells(const VtkCells& cells, std::int64_t first_node, const FileCursor&
             const std::int64_t node = cells.corners[static_cast<std::size_t>(cells.offsets[c]) + k];
             if (node < 0 || node >= nodes)
                 in.fail(fmt::format("cell {} refers to point {}; allowed: 0 to {}", c, node, nodes - 1));
-            tet[k] = static_cast<int>(first_node + node);
+            tet[k] = first_node + node;
         }
         content.tets.push_back(tet);
     }

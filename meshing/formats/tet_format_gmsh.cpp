@@ -69,7 +69,7 @@ class GmshReader {
         if (binary_) {
             in_.line();
             in_.read_binary(false);
-            const auto one = static_cast<std::uint32_t>(in_.int32());
+            const std::uint32_t one = in_.int32();
             swapped_ = one == 0x01000000u;
             if (one != 1 && !swapped_) in_.fail("the byte order mark is not 1 in either byte order");
             in_.read_text();
@@ -129,7 +129,7 @@ class GmshReader {
     }
 
     void add_node(std::int64_t tag, const std::array<double, 3>& x) {
-        if (!row_of_tag_.emplace(tag, static_cast<int>(content_.nodes.size())).second)
+        if (!row_of_tag_.emplace(tag, content_.nodes.size()).second)
             in_.fail(fmt::format("node {} occurs twice", tag));
         content_.nodes.push_back(x);
     }

@@ -61,7 +61,7 @@ TetFileContent read_medit(FileCursor& in) {
                     if (node < 1 || node > static_cast<std::int64_t>(content.nodes.size()))
                         in.fail(fmt::format("tetrahedron {} refers to node {}; allowed: 1 to {}", t, node,
                                             content.nodes.size()));
-                    corner = static_cast<int>(node - 1);
+                    corner = node - 1;
                 }
                 content.group_of_tet.push_back(in.int32());
             }

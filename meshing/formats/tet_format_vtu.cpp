@@ -214,7 +214,7 @@ class VtuReader {
             const std::uint64_t length = header_at(bytes, (3 + block) * header_bytes_, tag);
             size += std::min<std::uint64_t>(length, bytes.size());
         }
-        return static_cast<std::size_t>(std::min<std::uint64_t>(size, bytes.size()));
+        return std::min<std::uint64_t>(size, bytes.size());
     }
 
     /// How much of the appended text in base 64 belongs to the array at its beginning.
@@ -227,13 +227,13 @@ class VtuReader {
             const std::uint64_t length = unsigned_at(head->data(), header_bytes_);
             const std::uint64_t characters =
                 (std::min<std::uint64_t>(length, text.size()) + header_bytes_ + 2) / 3 * 4;
-            return static_cast<std::size_t>(std::min<std::uint64_t>(characters, text.size()));
+            return std::min<std::uint64_t>(characters, text.size());
         }
         const std::uint64_t blocks = unsigned_at(head->data(), header_bytes_);
         if (blocks > text.size()) return text.size();
         const std::uint64_t lengths_text = ((3 + blocks) * header_bytes_ + 2) / 3 * 4;
         if (lengths_text > text.size()) return text.size();
-        const auto lengths = from_base64(text.substr(0, static_cast<std::size_t>(lengths_text)));
+        const auto lengths = from_base64(text.substr(0, lengths_text));
         if (!lengths || lengths->size() < (3 + blocks) * header_bytes_) return text.size();
         // Blocks are encoded together or one by one; what lies behind the last one is not looked at.
         std::uint64_t characters = lengths_text;
@@ -242,7 +242,7 @@ class VtuReader {
                 unsigned_at(lengths->data() + (3 + block) * header_bytes_, header_bytes_);
             characters += (std::min<std::uint64_t>(length, text.size()) + 2) / 3 * 4;
         }
-        return static_cast<std::size_t>(std::min<std::uint64_t>(characters, text.size()));
+        return std::min<std::uint64_t>(characters, text.size());
     }
 
     /// The bytes of the numbers, `wanted` of them.
@@ -255,7 +255,7 @@ class VtuReader {
             const std::uint64_t length = header_at(bytes, 0, tag);
             check_length(length);
             if (length > bytes.size() - header_bytes_) fail(tag.begin, "the file ends early, in an array");
-            return bytes.substr(header_bytes_, static_cast<std::size_t>(length));
+            return bytes.substr(header_bytes_, length);
         }
         const std::uint64_t blocks = header_at(bytes, 0, tag);
         if (blocks == 0) {
@@ -271,14 +271,13 @@ class VtuReader {
         check_length(last_size > 0 ? (blocks - 1) * block_size + last_size : blocks * block_size);
         if (constexpr std::uint64_t best_ratio = 1040; wanted > best_ratio * (bytes.size() + 1))
             fail(tag.begin, fmt::format("{} bytes cannot hold {}", bytes.size(), wanted));
-        std::string result(static_cast<std::size_t>(wanted), '\0');
+        std::string result(wanted, '\0');
         std::size_t from = (3 + static_cast<std::size_t>(blocks)) * header_bytes_, to = 0;
         for (std::size_t block = 0; block < blocks; ++block) {
             const std::uint64_t packed = header_at(bytes, (3 + block) * header_bytes_, tag);
             if (from > bytes.size() || packed > bytes.size() - from)
                 fail(tag.begin, "the file ends early, in a packed array");
-            const std::size_t size =
-                static_cast<std::size_t>(block + 1 == blocks && last_size > 0 ? last_size : block_size);
+            const std::size_t size = block + 1 == blocks && last_size > 0 ? last_size : block_size;
             uLongf length = size;
             if (size == 0 ||
                 uncompress(reinterpret_cast<Bytef*>(result.data() + to), &length,
@@ -310,7 +309,7 @@ class VtuReader {
         std::vector<T> values(wanted);
         for (std::size_t i = 0; i < wanted; ++i) {
             const std::uint64_t raw = unsigned_at(bytes.data() + i * type->bytes, type->bytes);
-            const int unused = static_cast<int>(64 - 8 * type->bytes);
+            const int unused = 64 - 8 * type->bytes;
             if (type->kind == Kind::real)
                 values[i] = static_cast<T>(type->bytes == 4
                                                ? double{std::bit_cast<float>(static_cast<std::uint32_t>(raw))}
@@ -350,7 +349,7 @@ class VtuReader {
         if (piece.points == 0) return;
         if (piece.positions && attribute(piece.positions->tag, "NumberOfComponents", "3") != "3")
             fail(piece.positions->tag.begin, "points must have three components");
-        const auto first_node = static_cast<std::int64_t>(content_.nodes.size());
+        const std::int64_t first_node = content_.nodes.size();
         const std::vector<double> x = numbers<double>(piece.positions, "points", 3 * piece.points, piece);
         content_.nodes.resize(content_.nodes.size() + piece.points);
         for (std::size_t i = 0; i < x.size(); ++i)
@@ -362,8 +361,7 @@ class VtuReader {
         const std::int64_t corners = cells.offsets.back();
         if (!std::ranges::is_sorted(cells.offsets) || corners > std::numeric_limits<int>::max())
             fail(piece.tag, "the offsets of cells must rise, from 0 to the number of corners");
-        cells.corners = numbers<std::int64_t>(piece.connectivity, "corners of cells",
-                                              static_cast<std::size_t>(corners), piece);
+        cells.corners = numbers<std::int64_t>(piece.connectivity, "corners of cells", corners, piece);
         cells.types = numbers<std::int64_t>(piece.types, "types of cells", piece.cells, piece);
         in_.move_to(piece.tag);
         add_cells(cells, first_node, in_, content_);

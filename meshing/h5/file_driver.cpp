@@ -65,7 +65,7 @@ haddr_t end_of_file(const H5FD_t* base, H5FD_mem_t) { return self(base).end_of_f
 herr_t read(H5FD_t* base, H5FD_mem_t, hid_t, haddr_t address, std::size_t size, void* buffer) {
     auto* out = static_cast<char*>(buffer);
     while (size > 0) {
-        const ssize_t n = pread(self(base).file->descriptor, out, size, static_cast<off_t>(address));
+        const ssize_t n = pread(self(base).file->descriptor, out, size, address);
         if (n < 0 && errno == EINTR) continue;
         if (n < 0) {
             keep_first(*self(base).file, errno);
@@ -86,7 +86,7 @@ herr_t write(H5FD_t* base, H5FD_mem_t, hid_t, haddr_t address, std::size_t size,
     OpenFile& opened = self(base);
     const auto* in = static_cast<const char*>(buffer);
     while (size > 0 && opened.file->error == 0) {
-        const ssize_t n = pwrite(opened.file->descriptor, in, size, static_cast<off_t>(address));
+        const ssize_t n = pwrite(opened.file->descriptor, in, size, address);
         if (n < 0 && errno == EINTR) continue;
         if (n < 0) {
             keep_first(*opened.file, errno);
@@ -103,8 +103,7 @@ herr_t write(H5FD_t* base, H5FD_mem_t, hid_t, haddr_t address, std::size_t size,
 herr_t truncate(H5FD_t* base, hid_t, hbool_t) {
     OpenFile& opened = self(base);
     if (opened.end_of_file == opened.end_of_allocation) return 0;
-    if (opened.file->error == 0 &&
-        ftruncate(opened.file->descriptor, static_cast<off_t>(opened.end_of_allocation)) != 0)
+    if (opened.file->error == 0 && ftruncate(opened.file->descriptor, opened.end_of_allocation) != 0)
         keep_first(*opened.file, errno);
     opened.end_of_file = opened.end_of_allocation;
     return 0;

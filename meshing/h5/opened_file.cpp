@@ -70,7 +70,7 @@ OpenedFile::OpenedFile(const std::filesystem::path& path) : path_(path) {
     if (S_ISDIR(status.st_mode)) refuse("is a folder", ours);
     if (!S_ISREG(status.st_mode)) refuse("is not a regular file", ours);
     if (status.st_size == 0) refuse("is empty", ours);
-    bytes_ = static_cast<std::size_t>(status.st_size);
+    bytes_ = status.st_size;
     driven_.descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
     if (driven_.descriptor < 0) driven_.error = errno;
     check_reads();
@@ -93,7 +93,7 @@ OpenedFile::OpenedFile(const std::filesystem::path& path) : path_(path) {
         number_attribute("/", "format_version", Type::int64, &version);
         if (version < 1 || version > INT32_MAX)
             refuse(fmt::format("has format_version {}", version), "a positive number");
-        format_.version = static_cast<int>(version);
+        format_.version = version;
     } catch (...) {
         const LibraryLock lock;
         file_ = Handle();

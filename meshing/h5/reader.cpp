@@ -19,7 +19,7 @@ constexpr H5_iter_order_t any_order = H5_ITER_NATIVE;
 
 Shape shape_of(hid_t dataset) {
     const Handle space(H5Dget_space(dataset));
-    std::vector<hsize_t> d(static_cast<std::size_t>(std::max(0, H5Sget_simple_extent_ndims(space.get()))));
+    std::vector<hsize_t> d(std::max(0, H5Sget_simple_extent_ndims(space.get())));
     H5Sget_simple_extent_dims(space.get(), d.data(), nullptr);
     return {d.begin(), d.end()};
 }
@@ -147,7 +147,7 @@ std::optional<VirtualSource> Reader::virtual_source(const std::string& dataset) 
     const auto text = [&](auto get) {
         const ssize_t length = get(creation.get(), 0, nullptr, 0);
         if (length < 0) impl_->file.refuse_damaged(fmt::format("virtual dataset '{}'", dataset));
-        std::string value(static_cast<std::size_t>(length), '\0');
+        std::string value(length, '\0');
         get(creation.get(), 0, value.data(), value.size() + 1);
         return value;
     };
@@ -215,7 +215,7 @@ void Reader::read_some(const std::string& dataset, Type type, std::size_t begin,
     start[0] = begin;
     size[0] = count;
     const Handle source(H5Dget_space(impl_->kept.get())),
-        target(H5Screate_simple(static_cast<int>(size.size()), size.data(), nullptr));
+        target(H5Screate_simple(size.size(), size.data(), nullptr));
     if (H5Sselect_hyperslab(source.get(), H5S_SELECT_SET, start.data(), nullptr, size.data(), nullptr) < 0 ||
         H5Dread(impl_->kept.get(), memory_type(type), target.get(), source.get(), H5P_DEFAULT, values) < 0)
         impl_->file.refuse_damaged(fmt::format("dataset '{}'", dataset));

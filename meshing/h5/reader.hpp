@@ -65,7 +65,7 @@ class Reader {
         const Shape s = check(dataset, type_of<T>(), vector ? Shape{rows} : Shape{rows, cols});
         Eigen::Matrix<T, Eigen::Dynamic, vector ? 1 : Eigen::Dynamic,
                       vector ? Eigen::ColMajor : Eigen::RowMajor>
-            values(static_cast<Eigen::Index>(s[0]), vector ? 1 : static_cast<Eigen::Index>(s.back()));
+            values(s[0], vector ? 1 : static_cast<Eigen::Index>(s.back()));
         read_values(dataset, type_of<T>(), values.data());
         return values;
     }

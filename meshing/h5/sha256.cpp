@@ -65,7 +65,7 @@ std::string file_sha256(const std::filesystem::path& path) {
         if (n < 0 && errno == EINTR) continue;
         if (n < 0) fail();
         if (n == 0) return hash.hex();
-        hash.add(std::span(bytes).first(static_cast<std::size_t>(n)));
+        hash.add(std::span(bytes).first(n));
     }
 }
 

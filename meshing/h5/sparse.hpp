@@ -19,10 +19,10 @@ struct SparseRows {
     explicit SparseRows(const Eigen::SparseMatrix<T, Eigen::RowMajor>& W) {
         for (Eigen::Index i = 0; i < W.rows(); ++i) {
             for (typename Eigen::SparseMatrix<T, Eigen::RowMajor>::InnerIterator it(W, i); it; ++it) {
-                cols.push_back(static_cast<int>(it.col()));
+                cols.push_back(it.col());
                 values.push_back(it.value());
             }
-            rows.push_back(static_cast<int>(cols.size()));
+            rows.push_back(cols.size());
         }
     }
 };
@@ -52,8 +52,8 @@ Eigen::SparseMatrix<T, Eigen::RowMajor> read_sparse(const Reader& file, const st
         if (offsets[i] > offsets[i + 1])
             file.refuse(name + "/rows falls after row " + std::to_string(i), "ascending offsets");
         for (int k = offsets[i]; k < offsets[i + 1]; ++k) {
-            const int col = columns[static_cast<std::size_t>(k)];
-            const int least = k > offsets[i] ? columns[static_cast<std::size_t>(k - 1)] + 1 : 0;
+            const int col = columns[k];
+            const int least = k > offsets[i] ? columns[k - 1] + 1 : 0;
             if (col < least || col >= static_cast<int>(cols))
                 file.refuse(
                     name + "/cols: row " + std::to_string(i) + " refers to column " + std::to_string(col),
@@ -61,8 +61,7 @@ Eigen::SparseMatrix<T, Eigen::RowMajor> read_sparse(const Reader& file, const st
         }
     }
     return Eigen::Map<const Eigen::SparseMatrix<T, Eigen::RowMajor>>(
-        static_cast<int>(rows), static_cast<int>(cols), static_cast<int>(columns.size()), offsets.data(),
-        columns.data(), values.data());
+        rows, cols, columns.size(), offsets.data(), columns.data(), values.data());
 }
 
 }  // namespace nbd::h5

@@ -26,7 +26,7 @@ class ReadError : public std::runtime_error {
 using Shape = std::vector<std::size_t>;
 
 /// Matches every length in an expected shape.
-inline constexpr std::size_t any = static_cast<std::size_t>(-1);
+inline constexpr std::size_t any = -1;
 
 /// Number types of datasets.
 enum class Type { float32, float64, int32, int64, uint64 };

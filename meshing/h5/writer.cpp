@@ -29,7 +29,7 @@ std::vector<hsize_t> dimensions(const Shape& shape) { return {shape.begin(), sha
 
 Handle simple_space(const Shape& shape) {
     const auto d = dimensions(shape);
-    return Handle(H5Screate_simple(static_cast<int>(d.size()), d.data(), nullptr));
+    return Handle(H5Screate_simple(d.size(), d.data(), nullptr));
 }
 
 /// Chunks of about `chunk_bytes` over the first axis, all of nearly one size.
@@ -44,7 +44,7 @@ Shape chunk_of(const Shape& shape, std::size_t element_size) {
 Handle chunked(const Shape& chunk, Packing packing) {
     Handle list = without_times(H5P_DATASET_CREATE);
     const auto d = dimensions(chunk);
-    H5Pset_chunk(list.get(), static_cast<int>(d.size()), d.data());
+    H5Pset_chunk(list.get(), d.size(), d.data());
     if (packing == Packing::deflate) {
         H5Pset_shuffle(list.get());
         H5Pset_deflate(list.get(), 4);
@@ -219,7 +219,7 @@ int Writer::begin_growing(const std::string& name, Type type, const Shape& row, 
     auto size = dimensions(chunk), limit = size;
     size[0] = 0;
     limit[0] = H5S_UNLIMITED;
-    const Handle space(H5Screate_simple(static_cast<int>(size.size()), size.data(), limit.data()));
+    const Handle space(H5Screate_simple(size.size(), size.data(), limit.data()));
     const Handle creation = chunked(chunk, Packing::plain), access(H5Pcreate(H5P_DATASET_ACCESS));
     // The cache must hold the chunk being filled; otherwise each row goes to disk and back.
     H5Pset_chunk_cache(access.get(), 11, element_count(chunk) * size_of(type), 1.0);

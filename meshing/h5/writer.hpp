@@ -51,7 +51,7 @@ class Writer {
         using Stored = Eigen::Matrix<typename M::Scalar, Eigen::Dynamic, vector ? 1 : Eigen::Dynamic,
                                      vector ? Eigen::ColMajor : Eigen::RowMajor>;
         const Stored values = m;
-        const auto rows = static_cast<std::size_t>(m.rows()), cols = static_cast<std::size_t>(m.cols());
+        const std::size_t rows = m.rows(), cols = m.cols();
         write_values(name, type_of<typename M::Scalar>(), vector ? Shape{rows} : Shape{rows, cols},
                      values.data(), rows * cols, packing);
     }
@@ -73,10 +73,10 @@ class Writer {
             const auto v = static_cast<double>(value);
             number_attribute(object, name, Type::float64, &v);
         } else if constexpr (std::is_signed_v<T>) {
-            const auto v = static_cast<std::int64_t>(value);
+            const std::int64_t v = value;
             number_attribute(object, name, Type::int64, &v);
         } else {
-            const auto v = static_cast<std::uint64_t>(value);
+            const std::uint64_t v = value;
             number_attribute(object, name, Type::uint64, &v);
         }
     }

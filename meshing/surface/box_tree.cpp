@@ -15,10 +15,10 @@ BoxTree::BoxTree(std::vector<Box> boxes) : boxes_(std::move(boxes)), items_(boxe
 
 /// Splits a node at the median of the box centres along their longest extent.
 void BoxTree::split(int n) {
-    const auto node = static_cast<std::size_t>(n);
+    const std::size_t node = n;
     Box centres;
     for (int i = nodes_[node].begin; i < nodes_[node].end; ++i) {
-        const Box& box = boxes_[static_cast<std::size_t>(items_[static_cast<std::size_t>(i)])];
+        const Box& box = boxes_[items_[i]];
         nodes_[node].box.extend(box);
         centres.extend(box.center());
     }
@@ -26,12 +26,11 @@ void BoxTree::split(int n) {
     if (end - begin <= leaf_items) return;
     int axis = 0;
     centres.sizes().maxCoeff(&axis);
-    std::nth_element(items_.begin() + begin, items_.begin() + middle, items_.begin() + end,
-                     [&](int a, int b) {
-                         return std::pair(boxes_[static_cast<std::size_t>(a)].center()[axis], a) <
-                                std::pair(boxes_[static_cast<std::size_t>(b)].center()[axis], b);
-                     });
-    const int first_child = static_cast<int>(nodes_.size());
+    std::nth_element(
+        items_.begin() + begin, items_.begin() + middle, items_.begin() + end, [&](int a, int b) {
+            return std::pair(boxes_[a].center()[axis], a) < std::pair(boxes_[b].center()[axis], b);
+        });
+    const int first_child = nodes_.size();
     nodes_[node].first_child = first_child;
     nodes_.push_back({Box(), -1, begin, middle});
     nodes_.push_back({Box(), -1, middle, end});

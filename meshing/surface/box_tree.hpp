@@ -44,7 +44,7 @@ class BoxTree {
 
     template <class Visit>
     void overlapping(int n, const Box& box, Visit& visit) const {
-        const Node& node = nodes_[static_cast<std::size_t>(n)];
+        const Node& node = nodes_[n];
         if (!node.box.intersects(box)) return;
         if (node.first_child >= 0) {
             overlapping(node.first_child, box, visit);
@@ -52,28 +52,25 @@ class BoxTree {
             return;
         }
         for (int i = node.begin; i < node.end; ++i) {
-            const int item = items_[static_cast<std::size_t>(i)];
-            if (boxes_[static_cast<std::size_t>(item)].intersects(box)) visit(item);
+            const int item = items_[i];
+            if (boxes_[item].intersects(box)) visit(item);
         }
     }
 
     template <class Distance>
     void nearest(int n, const Eigen::Vector3d& point, Distance& distance,
                  std::pair<int, double>& best) const {
-        const Node& node = nodes_[static_cast<std::size_t>(n)];
+        const Node& node = nodes_[n];
         if (node.first_child < 0) {
             for (int i = node.begin; i < node.end; ++i) {
-                const int item = items_[static_cast<std::size_t>(i)];
-                if (boxes_[static_cast<std::size_t>(item)].squaredExteriorDistance(point) >= best.second)
-                    continue;
+                const int item = items_[i];
+                if (boxes_[item].squaredExteriorDistance(point) >= best.second) continue;
                 if (const double d = distance(item); d < best.second) best = {item, d};
             }
             return;
         }
         int near = node.first_child, far = near + 1;
-        const auto gap = [&](int child) {
-            return nodes_[static_cast<std::size_t>(child)].box.squaredExteriorDistance(point);
-        };
+        const auto gap = [&](int child) { return nodes_[child].box.squaredExteriorDistance(point); };
         double near_gap = gap(near), far_gap = gap(far);
         if (far_gap < near_gap) std::swap(near, far), std::swap(near_gap, far_gap);
         if (near_gap < best.second) nearest(near, point, distance, best);

@@ -69,7 +69,7 @@ void check_faces(const TriMesh& mesh) {
 
 void check_duplicates(const TriMesh& mesh) {
     std::vector<std::pair<std::array<int, 3>, int>> keyed;  // sorted corners, face
-    keyed.reserve(static_cast<std::size_t>(mesh.F.rows()));
+    keyed.reserve(mesh.F.rows());
     for (int f = 0; f < mesh.F.rows(); ++f) {
         std::array<int, 3> key = {mesh.F(f, 0), mesh.F(f, 1), mesh.F(f, 2)};
         std::ranges::sort(key);
@@ -111,13 +111,13 @@ void check_edges(const TriMesh& mesh, const EdgeTable& table) {
 void check_vertices(const TriMesh& mesh, const EdgeTable& table) {
     const auto corner_count = static_cast<std::size_t>(mesh.F.rows()) * 3;
     std::vector<char> walked(corner_count, 0);
-    std::vector<int> first_face(static_cast<std::size_t>(mesh.X.rows()), -1);
+    std::vector<int> first_face(mesh.X.rows(), -1);
     int vertex = -1, face = -1, other_face = -1;
     std::size_t count = 0;
     for (int start = 0; start < static_cast<int>(corner_count); ++start) {
-        if (walked[static_cast<std::size_t>(start)]) continue;
+        if (walked[start]) continue;
         const int v = mesh.F(start / 3, start % 3);
-        int& first = first_face[static_cast<std::size_t>(v)];
+        int& first = first_face[v];
         if (first < 0) {
             first = start / 3;
         } else if (count++ == 0) {
@@ -125,7 +125,7 @@ void check_vertices(const TriMesh& mesh, const EdgeTable& table) {
         }
         int corner = start, side = start;  // `side`: half-edge of the corner's face by which to leave
         do {
-            walked[static_cast<std::size_t>(corner)] = 1;
+            walked[corner] = 1;
             const int next = table.twin(side), f = next / 3;
             int k = 0;
             while (mesh.F(f, k) != v) ++k;

@@ -5,19 +5,19 @@
 namespace nbd {
 
 int drop_unreferenced(TriMesh& mesh) {
-    std::vector<int> number(static_cast<std::size_t>(mesh.X.rows()), -1);
+    std::vector<int> number(mesh.X.rows(), -1);
     for (int f = 0; f < mesh.F.rows(); ++f)
-        for (int c = 0; c < 3; ++c) number[static_cast<std::size_t>(mesh.F(f, c))] = 0;
+        for (int c = 0; c < 3; ++c) number[mesh.F(f, c)] = 0;
     int kept = 0;
     for (int v = 0; v < mesh.X.rows(); ++v) {
-        if (number[static_cast<std::size_t>(v)] < 0) continue;
-        number[static_cast<std::size_t>(v)] = kept;
+        if (number[v] < 0) continue;
+        number[v] = kept;
         mesh.X.row(kept++) = mesh.X.row(v).eval();
     }
     const int dropped = static_cast<int>(mesh.X.rows()) - kept;
     mesh.X.conservativeResize(kept, 3);
     for (int f = 0; f < mesh.F.rows(); ++f)
-        for (int c = 0; c < 3; ++c) mesh.F(f, c) = number[static_cast<std::size_t>(mesh.F(f, c))];
+        for (int c = 0; c < 3; ++c) mesh.F(f, c) = number[mesh.F(f, c)];
     return dropped;
 }
 

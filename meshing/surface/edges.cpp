@@ -13,8 +13,7 @@ EdgeTable edge_table(FacesRef F) {
         for (int k = 0; k < 3; ++k) {
             const auto [a, b] = std::minmax({F(f, k), F(f, (k + 1) % 3)});
             const int h = 3 * f + k;
-            keyed[static_cast<std::size_t>(h)] = {
-                static_cast<std::uint64_t>(a) << 32 | static_cast<std::uint32_t>(b), h};
+            keyed[h] = {static_cast<std::uint64_t>(a) << 32 | static_cast<std::uint32_t>(b), h};
         }
     std::ranges::sort(keyed);
     EdgeTable table;
@@ -27,7 +26,7 @@ EdgeTable edge_table(FacesRef F) {
                                    static_cast<int>(i), static_cast<int>(i)});
         table.edges.back().end = static_cast<int>(i) + 1;
         table.halfedges[i] = h;
-        table.edge_of[static_cast<std::size_t>(h)] = static_cast<int>(table.edges.size()) - 1;
+        table.edge_of[h] = static_cast<int>(table.edges.size()) - 1;
     }
     return table;
 }

@@ -18,14 +18,13 @@ struct EdgeTable {
     std::vector<int> edge_of;    // [3 faces] edge of each half-edge
 
     std::span<const int> at(const Edge& edge) const noexcept {
-        return std::span(halfedges).subspan(static_cast<std::size_t>(edge.begin),
-                                            static_cast<std::size_t>(edge.end - edge.begin));
+        return std::span(halfedges).subspan(edge.begin, edge.end - edge.begin);
     }
 
     /// The other half-edge of the same edge. The surface must be closed and edge-manifold.
     int twin(int halfedge) const noexcept {
-        const Edge& edge = edges[static_cast<std::size_t>(edge_of[static_cast<std::size_t>(halfedge)])];
-        const int first = halfedges[static_cast<std::size_t>(edge.begin)];
+        const Edge& edge = edges[edge_of[halfedge]];
+        const int first = halfedges[edge.begin];
         return first == halfedge ? halfedges[static_cast<std::size_t>(edge.begin) + 1] : first;
     }
 };

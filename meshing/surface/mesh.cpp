@@ -28,10 +28,9 @@ Faces boundary_faces(const TetMesh& tets) {
         i = j;
     }
     std::ranges::sort(outer);
-    Faces F(static_cast<Eigen::Index>(outer.size()), 3);
+    Faces F(outer.size(), 3);
     for (std::size_t i = 0; i < outer.size(); ++i)
-        for (int c = 0; c < 3; ++c)
-            F(static_cast<Eigen::Index>(i), c) = tets.T(outer[i] / 4, corners[outer[i] % 4][c]);
+        for (int c = 0; c < 3; ++c) F(i, c) = tets.T(outer[i] / 4, corners[outer[i] % 4][c]);
     return F;
 }
 

@@ -63,16 +63,15 @@ class FaceTest {
 }  // namespace
 
 std::vector<FacePair> self_intersections(const TriMesh& mesh) {
-    std::vector<BoxTree::Box> boxes(static_cast<std::size_t>(mesh.F.rows()));
+    std::vector<BoxTree::Box> boxes(mesh.F.rows());
     for (int f = 0; f < mesh.F.rows(); ++f)
         for (int c = 0; c < 3; ++c)
-            boxes[static_cast<std::size_t>(f)].extend(
-                mesh.X.row(mesh.F(f, c)).cast<float>().cast<double>().transpose());
+            boxes[f].extend(mesh.X.row(mesh.F(f, c)).cast<float>().cast<double>().transpose());
     const BoxTree tree(boxes);
     const FaceTest meet(mesh);
     std::vector<FacePair> pairs;
     for (int f = 0; f < mesh.F.rows(); ++f)
-        tree.overlapping(boxes[static_cast<std::size_t>(f)], [&](int g) {
+        tree.overlapping(boxes[f], [&](int g) {
             if (f < g && meet(f, g)) pairs.push_back({f, g});
         });
     std::ranges::sort(pairs);

@@ -27,10 +27,9 @@ struct Component {
 };
 
 std::vector<Component> gather(const TriMesh& mesh, const Components& components) {
-    std::vector<Component> gathered(static_cast<std::size_t>(components.count));
+    std::vector<Component> gathered(components.count);
     for (int f = 0; f < mesh.F.rows(); ++f) {
-        Component& component =
-            gathered[static_cast<std::size_t>(components.of_face[static_cast<std::size_t>(f)])];
+        Component& component = gathered[components.of_face[f]];
         component.faces.push_back(f);
         for (int c = 0; c < 3; ++c) component.box.extend(mesh.X.row(mesh.F(f, c)).transpose());
     }
@@ -116,23 +115,23 @@ int turn_outward(TriMesh& mesh) {
     std::vector<Component> components = gather(mesh, make_orientations_agree(mesh.F, table));
     find_depths(mesh, components);
     turn_components(mesh, components);
-    return static_cast<int>((mesh.F.array() != given.array()).rowwise().any().count());
+    return (mesh.F.array() != given.array()).rowwise().any().count();
 }
 
 SolidBoundary make_solid_boundary(TriMesh mesh, const SolidBoundaryConfig& config) {
     const EdgeTable table = check_surface(mesh);
     SurfaceReport report;
     report.dropped_vertices = drop_unreferenced(mesh);
-    report.vertices = static_cast<int>(mesh.X.rows());
-    report.edges = static_cast<int>(table.edges.size());
-    report.faces = static_cast<int>(mesh.F.rows());
+    report.vertices = mesh.X.rows();
+    report.edges = table.edges.size();
+    report.faces = mesh.F.rows();
 
     const Faces given = mesh.F;
     const Components labels = make_orientations_agree(mesh.F, table);
     report.genus = labels.count - (report.vertices - report.edges + report.faces) / 2;  // Euler's formula
 
     const std::vector<FacePair> pairs = self_intersections(mesh);
-    report.intersecting_pairs = static_cast<int>(pairs.size());
+    report.intersecting_pairs = pairs.size();
     if (!pairs.empty()) report.first_intersection = pairs.front();
     if (!pairs.empty() && !config.allow_self_intersection)
         throw std::invalid_argument(

@@ -27,32 +27,32 @@ bool has_area(const TriMesh& mesh, int f) {
 /// Faces with the vertices of another face; one of each group does not count.
 int count_duplicates(const Faces& F) {
     std::vector<std::array<int, 3>> keys;
-    keys.reserve(static_cast<std::size_t>(F.rows()));
+    keys.reserve(F.rows());
     for (int f = 0; f < F.rows(); ++f) {
         keys.push_back({F(f, 0), F(f, 1), F(f, 2)});
         std::ranges::sort(keys.back());
     }
     std::ranges::sort(keys);
-    return static_cast<int>(std::ranges::unique(keys).size());
+    return std::ranges::unique(keys).size();
 }
 
 /// Sets of faces, merged edge by edge.
 class FaceSets {
  public:
-    explicit FaceSets(int faces) : parent_(static_cast<std::size_t>(faces)), count_(faces) {
+    explicit FaceSets(int faces) : parent_(faces), count_(faces) {
         std::iota(parent_.begin(), parent_.end(), 0);
     }
     void join(int a, int b) {
         a = root(a), b = root(b);
-        if (a != b) parent_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b), --count_;
+        if (a != b) parent_[std::max(a, b)] = std::min(a, b), --count_;
     }
     int count() const noexcept { return count_; }
 
  private:
     int root(int f) {
-        while (parent_[static_cast<std::size_t>(f)] != f) {
-            int& parent = parent_[static_cast<std::size_t>(f)];
-            f = parent = parent_[static_cast<std::size_t>(parent)];
+        while (parent_[f] != f) {
+            int& parent = parent_[f];
+            f = parent = parent_[parent];
         }
         return f;
     }
@@ -64,8 +64,8 @@ class FaceSets {
 
 SoupReport soup_report(const TriMesh& soup) {
     SoupReport report;
-    report.vertices = static_cast<int>(soup.X.rows());
-    report.faces = static_cast<int>(soup.F.rows());
+    report.vertices = soup.X.rows();
+    report.faces = soup.F.rows();
     Faces proper(soup.F.rows(), 3);
     int kept = 0;
     for (int f = 0; f < soup.F.rows(); ++f) {

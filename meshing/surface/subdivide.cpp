@@ -20,16 +20,15 @@ void keep_vertices(int vertex_count, Weights& weights) {
 }
 
 void average_vertices(int vertex_count, const EdgeTable& table, Weights& weights) {
-    std::vector<int> valence(static_cast<std::size_t>(vertex_count), 0);
-    for (const EdgeTable::Edge& edge : table.edges)
-        ++valence[static_cast<std::size_t>(edge.a)], ++valence[static_cast<std::size_t>(edge.b)];
+    std::vector<int> valence(vertex_count, 0);
+    for (const EdgeTable::Edge& edge : table.edges) ++valence[edge.a], ++valence[edge.b];
     const auto neighbour_weight = [&](int v) {
-        const int n = valence[static_cast<std::size_t>(v)];
+        const int n = valence[v];
         const double c = 3. / 8 + std::cos(2 * std::numbers::pi / n) / 4;
         return (5. / 8 - c * c) / n;
     };
     for (int v = 0; v < vertex_count; ++v) {
-        const int n = valence[static_cast<std::size_t>(v)];
+        const int n = valence[v];
         weights.emplace_back(v, v, n == 0 ? 1 : 1 - n * neighbour_weight(v));
     }
     for (const EdgeTable::Edge& edge : table.edges) {
@@ -43,14 +42,14 @@ int opposite(const Faces& F, int halfedge) { return F(halfedge / 3, (halfedge + 
 
 Embedding step_weights(const Faces& F, int vertex_count, const EdgeTable& table, SubdivisionScheme scheme) {
     Weights weights;
-    const int edge_count = static_cast<int>(table.edges.size());
+    const int edge_count = table.edges.size();
     weights.reserve(static_cast<std::size_t>(vertex_count) + 6 * table.edges.size());
     if (scheme == SubdivisionScheme::midpoint)
         keep_vertices(vertex_count, weights);
     else
         average_vertices(vertex_count, table, weights);
     for (int e = 0; e < edge_count; ++e) {
-        const EdgeTable::Edge& edge = table.edges[static_cast<std::size_t>(e)];
+        const EdgeTable::Edge& edge = table.edges[e];
         const bool smooth = scheme == SubdivisionScheme::loop;
         for (const int end : {edge.a, edge.b})
             weights.emplace_back(vertex_count + e, end, smooth ? 3. / 8 : 1. / 2);
@@ -65,9 +64,7 @@ Embedding step_weights(const Faces& F, int vertex_count, const EdgeTable& table,
 Faces split_faces(const Faces& F, int vertex_count, const EdgeTable& table) {
     Faces fine(F.rows() * 4, 3);
     for (int f = 0; f < F.rows(); ++f) {
-        const auto middle = [&](int k) {
-            return vertex_count + table.edge_of[static_cast<std::size_t>(3 * f + k)];
-        };
+        const auto middle = [&](int k) { return vertex_count + table.edge_of[3 * f + k]; };
         const int a = F(f, 0), b = F(f, 1), c = F(f, 2), ab = middle(0), bc = middle(1), ca = middle(2);
         fine.middleRows(4 * f, 4) << a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca;
     }
@@ -79,13 +76,13 @@ Faces split_faces(const Faces& F, int vertex_count, const EdgeTable& table) {
 Subdivision subdivide(const TriMesh& coarse, SubdivisionScheme scheme, int levels) {
     if (levels < 0 || levels > 4)
         throw std::invalid_argument("subdivision by " + std::to_string(levels) + " levels; allowed: 0 to 4");
-    const int coarse_count = static_cast<int>(coarse.X.rows());
+    const int coarse_count = coarse.X.rows();
     Subdivision result{coarse, Embedding(coarse_count, coarse_count)};
     result.S.setIdentity();
     EdgeTable table = check_surface(coarse);
     for (int level = 0; level < levels; ++level) {
         if (level > 0) table = edge_table(result.mesh.F);
-        const int vertex_count = static_cast<int>(result.S.rows());
+        const int vertex_count = result.S.rows();
         result.S = (step_weights(result.mesh.F, vertex_count, table, scheme) * result.S).eval();
         result.mesh.F = split_faces(result.mesh.F, vertex_count, table);
     }

@@ -11,7 +11,7 @@ std::size_t PositionIndex::Hash::operator()(const Key& key) const noexcept {
         h = (h ^ k) * 0xff51afd7ed558ccdull;
         h ^= h >> 32;
     }
-    return static_cast<std::size_t>(h);
+    return h;
 }
 
 PositionIndex::Key PositionIndex::key(const Eigen::RowVector3d& x) noexcept {
@@ -30,16 +30,16 @@ int PositionIndex::find(const Eigen::RowVector3d& x) const noexcept {
 
 TriMesh weld(const TriMesh& mesh) {
     PositionIndex index;
-    std::vector<int> number(static_cast<std::size_t>(mesh.X.rows()));
+    std::vector<int> number(mesh.X.rows());
     TriMesh welded{Nodes(mesh.X.rows(), 3), Faces(mesh.F.rows(), 3)};
     for (int v = 0; v < mesh.X.rows(); ++v) {
         const int before = index.size(), n = index.insert(mesh.X.row(v));
-        number[static_cast<std::size_t>(v)] = n;
+        number[v] = n;
         if (n == before) welded.X.row(n) = mesh.X.row(v);
     }
     welded.X.conservativeResize(index.size(), 3);
     for (int f = 0; f < mesh.F.rows(); ++f)
-        for (int c = 0; c < 3; ++c) welded.F(f, c) = number[static_cast<std::size_t>(mesh.F(f, c))];
+        for (int c = 0; c < 3; ++c) welded.F(f, c) = number[mesh.F(f, c)];
     return welded;
 }
 

@@ -18,7 +18,7 @@ class PositionIndex {
     /// The number of `x`, or -1 if absent.
     int find(const Eigen::RowVector3d& x) const noexcept;
 
-    int size() const noexcept { return static_cast<int>(numbers_.size()); }
+    int size() const noexcept { return numbers_.size(); }
 
  private:
     using Key = std::array<std::uint64_t, 3>;

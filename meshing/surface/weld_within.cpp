@@ -28,15 +28,14 @@ std::vector<int> merge(const Nodes& X, double length) {
     std::vector<BoxTree::Box> boxes;
     for (int v = 0; v < X.rows(); ++v) boxes.emplace_back(Eigen::Vector3d(X.row(v).transpose()));
     const BoxTree tree(std::move(boxes));
-    std::vector<int> target(static_cast<std::size_t>(X.rows()), -1);
+    std::vector<int> target(X.rows(), -1);
     const Eigen::Vector3d reach = Eigen::Vector3d::Constant(length);
     for (int v = 0; v < X.rows(); ++v) {
-        if (target[static_cast<std::size_t>(v)] >= 0) continue;
-        target[static_cast<std::size_t>(v)] = v;
+        if (target[v] >= 0) continue;
+        target[v] = v;
         const Eigen::Vector3d x = X.row(v);
         tree.overlapping(box_of(x - reach, x + reach), [&](int other) {
-            if (int& taken = target[static_cast<std::size_t>(other)];
-                taken < 0 && (X.row(other).transpose() - x).norm() <= length)
+            if (int& taken = target[other]; taken < 0 && (X.row(other).transpose() - x).norm() <= length)
                 taken = v;
         });
     }
@@ -55,7 +54,7 @@ std::vector<OnEdge> on_edge(const TriMesh& mesh, int h, const BoxTree& tree, con
     std::vector<OnEdge> found;
     tree.overlapping(box_of(from.cwiseMin(from + along) - reach, from.cwiseMax(from + along) + reach),
                      [&](int i) {
-                         const int v = open[static_cast<std::size_t>(i)];
+                         const int v = open[i];
                          if (v == a || v == b || v == mesh.F(h / 3, (h % 3 + 2) % 3)) return;
                          const Eigen::Vector3d d = mesh.X.row(v).transpose() - from;
                          const double share = d.dot(along) / along.squaredNorm();
@@ -72,7 +71,7 @@ int split_once(TriMesh& mesh, double length) {
     std::vector<int> halfedges, open;
     for (const EdgeTable::Edge& edge : table.edges) {
         if (edge.end - edge.begin != 1) continue;
-        halfedges.push_back(table.halfedges[static_cast<std::size_t>(edge.begin)]);
+        halfedges.push_back(table.halfedges[edge.begin]);
         open.insert(open.end(), {edge.a, edge.b});
     }
     std::ranges::sort(open);
@@ -124,15 +123,14 @@ TriMesh weld_within(const TriMesh& mesh, double length, WeldReport& report) {
             ++report.merged_vertices;
             continue;
         }
-        welded.X.row(count) = mesh.X.row(static_cast<Eigen::Index>(v));
+        welded.X.row(count) = mesh.X.row(v);
         row[v] = count++;
     }
     welded.X.conservativeResize(count, 3);
     Eigen::Index faces = 0;
     for (Eigen::Index f = 0; f < mesh.F.rows(); ++f) {
         Eigen::RowVector3i corners;
-        for (int c = 0; c < 3; ++c)
-            corners[c] = row[static_cast<std::size_t>(target[static_cast<std::size_t>(mesh.F(f, c))])];
+        for (int c = 0; c < 3; ++c) corners[c] = row[target[mesh.F(f, c)]];
         if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0])
             ++report.dropped_faces;
         else

@@ -21,18 +21,18 @@ bool is_closed(const Faces& F) {
 
 /// One vertex of each part of a surface.
 std::vector<int> vertex_of_each_part(const TriMesh& mesh) {
-    std::vector<int> parent(static_cast<std::size_t>(mesh.X.rows()));
+    std::vector<int> parent(mesh.X.rows());
     std::iota(parent.begin(), parent.end(), 0);
     const auto root = [&](int v) {
-        while (parent[static_cast<std::size_t>(v)] != v) {
-            int& up = parent[static_cast<std::size_t>(v)];
-            up = parent[static_cast<std::size_t>(up)];
+        while (parent[v] != v) {
+            int& up = parent[v];
+            up = parent[up];
             v = up;
         }
         return v;
     };
     for (Eigen::Index f = 0; f < mesh.F.rows(); ++f)
-        for (int c = 1; c < 3; ++c) parent[static_cast<std::size_t>(root(mesh.F(f, c)))] = root(mesh.F(f, 0));
+        for (int c = 1; c < 3; ++c) parent[root(mesh.F(f, c))] = root(mesh.F(f, 0));
     std::vector<int> vertices;
     for (Eigen::Index f = 0; f < mesh.F.rows(); ++f) vertices.push_back(root(mesh.F(f, 0)));
     std::ranges::sort(vertices);
@@ -58,7 +58,7 @@ Containment containment(const TriMesh& inner, const TriMesh& outer) {
     if (!is_closed(outer.F)) return Containment::none;
     Eigen::AlignedBox3d box;
     for (Eigen::Index v = 0; v < outer.X.rows(); ++v) box.extend(outer.X.row(v).transpose());
-    std::vector<int> faces(static_cast<std::size_t>(outer.F.rows()));
+    std::vector<int> faces(outer.F.rows());
     std::iota(faces.begin(), faces.end(), 0);
     const std::vector<int> vertices = vertex_of_each_part(inner);
     const auto inside = std::ranges::count_if(vertices, [&](int v) {

@@ -61,8 +61,8 @@ double unit_scale(const Nodes& X) {
 
 TetMesh run_gmsh(const TriMesh& surface, const SizeField& size, double scale) {
     const GmshSession session;
-    const auto n = static_cast<std::size_t>(surface.X.rows());
-    std::vector<std::size_t> tags(n), corners(static_cast<std::size_t>(surface.F.size()));
+    const std::size_t n = surface.X.rows();
+    std::vector<std::size_t> tags(n), corners(surface.F.size());
     std::iota(tags.begin(), tags.end(), std::size_t{1});
     std::ranges::transform(surface.F.reshaped<Eigen::RowMajor>(), corners.begin(),
                            [](int v) { return static_cast<std::size_t>(v) + 1; });
@@ -93,13 +93,12 @@ TetMesh run_gmsh(const TriMesh& surface, const SizeField& size, double scale) {
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::ranges::sort(order, {}, [&](std::size_t i) { return node_tags[i]; });
     std::vector<int> row_of_tag(node_tags[order.back()] + 1, -1);
-    tets.X.resize(static_cast<Eigen::Index>(order.size()), 3);
+    tets.X.resize(order.size(), 3);
     for (std::size_t r = 0; r < order.size(); ++r) {
-        row_of_tag[node_tags[order[r]]] = static_cast<int>(r);
-        tets.X.row(static_cast<Eigen::Index>(r)) =
-            Eigen::Map<const Eigen::RowVector3d>(xyz.data() + 3 * order[r]) / scale;
+        row_of_tag[node_tags[order[r]]] = r;
+        tets.X.row(r) = Eigen::Map<const Eigen::RowVector3d>(xyz.data() + 3 * order[r]) / scale;
     }
-    tets.T.resize(static_cast<Eigen::Index>(tet_tags.size()), 4);
+    tets.T.resize(tet_tags.size(), 4);
     std::ranges::transform(tet_nodes, tets.T.data(), [&](std::size_t tag) { return row_of_tag[tag]; });
     return tets;
 }
@@ -107,7 +106,7 @@ TetMesh run_gmsh(const TriMesh& surface, const SizeField& size, double scale) {
 /// The faces as a sorted set; each starts with its smallest vertex.
 std::vector<std::array<int, 3>> oriented_set(const Faces& F) {
     std::vector<std::array<int, 3>> set;
-    set.reserve(static_cast<std::size_t>(F.rows()));
+    set.reserve(F.rows());
     for (int f = 0; f < F.rows(); ++f) {
         std::array<int, 3> face = {F(f, 0), F(f, 1), F(f, 2)};
         std::ranges::rotate(face, std::ranges::min_element(face));
@@ -123,14 +122,14 @@ void check_filled(const TriMesh& surface, const TetMesh& tets) {
     if (tets.T.rows() == 0) throw std::runtime_error("gmsh made no tetrahedra");
     if (tets.X.rows() < n || tets.X.topRows(n) != surface.X)
         throw std::runtime_error("gmsh moved or lost vertices of the surface");
-    std::vector<char> used(static_cast<std::size_t>(tets.X.rows()));
+    std::vector<char> used(tets.X.rows());
     for (int t = 0; t < tets.T.rows(); ++t) {
         const Eigen::RowVector3d a = tets.X.row(tets.T(t, 0));
         const Eigen::RowVector3d ab = tets.X.row(tets.T(t, 1)) - a, ac = tets.X.row(tets.T(t, 2)) - a,
                                  ad = tets.X.row(tets.T(t, 3)) - a;
         if (!(ab.cross(ac).dot(ad) > 0))
             throw std::runtime_error(fmt::format("gmsh made tetrahedron {} flat or inverted", t));
-        for (int c = 0; c < 4; ++c) used[static_cast<std::size_t>(tets.T(t, c))] = 1;
+        for (int c = 0; c < 4; ++c) used[tets.T(t, c)] = 1;
     }
     if (const auto lost = std::ranges::find(used, 0); lost != used.end())
         throw std::runtime_error(fmt::format("vertex {} belongs to no tetrahedron", lost - used.begin()));

@@ -113,7 +113,7 @@ TetChange fill_cavity(const TetComplex& complex, std::vector<int> cavity, const 
         for (int c = 0; c < 4; ++c) {
             if (contains(cavity, complex.neighbour(t, c))) continue;
             Tet tet = complex.tet(t);
-            tet[static_cast<std::size_t>(c)] = change.node;
+            tet[c] = change.node;
             change.added.push_back(tet);
         }
     change.removed = std::move(cavity);

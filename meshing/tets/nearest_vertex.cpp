@@ -7,10 +7,9 @@
 
 namespace nbd {
 
-NearestVertex::NearestVertex(NodesRef points)
-    : points_(points), order_(static_cast<std::size_t>(points.rows())), axis_(order_.size()) {
+NearestVertex::NearestVertex(NodesRef points) : points_(points), order_(points.rows()), axis_(order_.size()) {
     std::iota(order_.begin(), order_.end(), 0);
-    sort(0, static_cast<int>(order_.size()));
+    sort(0, order_.size());
 }
 
 void NearestVertex::sort(int begin, int end) noexcept {
@@ -48,7 +47,7 @@ void NearestVertex::search(int begin, int end, const Eigen::Vector3d& p, Hit& be
 
 NearestVertex::Hit NearestVertex::find(const Eigen::Vector3d& p) const noexcept {
     Hit best{-1, std::numeric_limits<double>::infinity()};
-    search(0, static_cast<int>(order_.size()), p, best);
+    search(0, order_.size(), p, best);
     return best;
 }
 

@@ -64,7 +64,7 @@ TetOptimization optimize_tets(TetMesh& tets, int max_new_nodes) {
         if (radius_ratio(tets.X.row(tets.T(t, 0)), tets.X.row(tets.T(t, 1)), tets.X.row(tets.T(t, 2)),
                          tets.X.row(tets.T(t, 3))) < poor_radius_ratio)
             poor.push_back(t);
-    result.poor_before = static_cast<int>(poor.size());
+    result.poor_before = poor.size();
     if (poor.empty()) return result;
 
     TetComplex complex(tets);
@@ -89,7 +89,7 @@ TetOptimization optimize_tets(TetMesh& tets, int max_new_nodes) {
         std::erase_if(next, [&](int t) { return !is_poor(t); });
         poor = std::move(next);
     }
-    result.poor_after = static_cast<int>(poor.size());
+    result.poor_after = poor.size();
     tets = complex.mesh();
     return result;
 }

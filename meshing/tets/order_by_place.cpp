@@ -21,7 +21,7 @@ std::uint64_t spread(std::uint64_t x) noexcept {
 std::vector<std::uint64_t> morton_codes(const Nodes& X) {
     const Eigen::RowVector3d low = X.colwise().minCoeff();
     const double size = (X.colwise().maxCoeff() - low).maxCoeff(), most = (1 << bits) - 1;
-    std::vector<std::uint64_t> codes(static_cast<std::size_t>(X.rows()), 0);
+    std::vector<std::uint64_t> codes(X.rows(), 0);
     for (Eigen::Index i = 0; i < X.rows(); ++i)
         for (int axis = 0; axis < 3; ++axis) {
             const double place = size > 0 ? (X(i, axis) - low[axis]) / size : 0;
@@ -33,7 +33,7 @@ std::vector<std::uint64_t> morton_codes(const Nodes& X) {
 /// 0, 1, ... in the order of key(i).
 template <class Key>
 std::vector<int> sorted_by(Eigen::Index count, const Key& key) {
-    std::vector<int> order(static_cast<std::size_t>(count));
+    std::vector<int> order(count);
     std::iota(order.begin(), order.end(), 0);
     std::ranges::stable_sort(order, {}, key);
     return order;
@@ -43,14 +43,12 @@ std::vector<int> sorted_by(Eigen::Index count, const Key& key) {
 
 void order_by_place(TetMesh& tets) {
     const std::vector<std::uint64_t> codes = morton_codes(tets.X);
-    const std::vector<int> nodes =
-        sorted_by(tets.X.rows(), [&](int i) { return codes[static_cast<std::size_t>(i)]; });
+    const std::vector<int> nodes = sorted_by(tets.X.rows(), [&](int i) { return codes[i]; });
     std::vector<int> place(nodes.size());
-    for (std::size_t k = 0; k < nodes.size(); ++k)
-        place[static_cast<std::size_t>(nodes[k])] = static_cast<int>(k);
+    for (std::size_t k = 0; k < nodes.size(); ++k) place[nodes[k]] = k;
     tets.X = Nodes(tets.X(nodes, Eigen::all));
     for (Eigen::Index t = 0; t < tets.T.rows(); ++t)
-        for (int a = 0; a < 4; ++a) tets.T(t, a) = place[static_cast<std::size_t>(tets.T(t, a))];
+        for (int a = 0; a < 4; ++a) tets.T(t, a) = place[tets.T(t, a)];
     const std::vector<int> order = sorted_by(tets.T.rows(), [&](int t) { return tets.T.row(t).minCoeff(); });
     tets.T = Tets(tets.T(order, Eigen::all));
 }

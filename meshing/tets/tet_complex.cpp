@@ -16,9 +16,9 @@ constexpr int face_of[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
 }  // namespace
 
 TetComplex::TetComplex(TetMesh tets) {
-    X_.reserve(static_cast<std::size_t>(tets.X.rows()));
+    X_.reserve(tets.X.rows());
     for (int v = 0; v < tets.X.rows(); ++v) X_.emplace_back(tets.X.row(v));
-    T_.reserve(static_cast<std::size_t>(tets.T.rows()));
+    T_.reserve(tets.T.rows());
     star_.resize(X_.size());
     on_boundary_.resize(X_.size());
     for (int t = 0; t < tets.T.rows(); ++t) {
@@ -63,7 +63,7 @@ std::optional<TetComplex::Ring> TetComplex::ring(int t, int a, int b) const {
         // The corner after b, so that (a, b, from, last corner) is positively oriented.
         const auto ia = std::ranges::find(tet, a) - tet.begin(), ib = std::ranges::find(tet, b) - tet.begin();
         const auto& face = face_of[ia];
-        const int k = static_cast<int>(std::ranges::find(face, ib) - face);
+        const int k = std::ranges::find(face, ib) - face;
         const int from = face[(k + 1) % 3];
         ring.tets.push_back(current);
         ring.nodes.push_back(tet[from]);

@@ -25,8 +25,8 @@ class TetComplex {
     /// tets: every volume > 0.
     explicit TetComplex(TetMesh tets);
 
-    int nodes() const noexcept { return static_cast<int>(X_.size()); }
-    int tets() const noexcept { return static_cast<int>(T_.size()); }  // with removed ones
+    int nodes() const noexcept { return X_.size(); }
+    int tets() const noexcept { return T_.size(); }  // with removed ones
     bool removed(int t) const noexcept { return T_[t][0] < 0; }
     const Tet& tet(int t) const noexcept { return T_[t]; }
     /// The same tetrahedron with its corner `c` first, positively oriented.

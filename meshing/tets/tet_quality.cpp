@@ -37,8 +37,8 @@ std::array<double, 6> dihedral_angles(const Eigen::Vector3d& a, const Eigen::Vec
 
 TetQuality tet_quality(const TetMesh& tets) {
     TetQuality q;
-    q.nodes = static_cast<int>(tets.X.rows());
-    q.tets = static_cast<int>(tets.T.rows());
+    q.nodes = tets.X.rows();
+    q.tets = tets.T.rows();
     if (q.tets == 0) return q;
     q.volume_min = q.radius_ratio_min = q.dihedral_min = std::numeric_limits<double>::infinity();
     for (int t = 0; t < q.tets; ++t) {

@@ -161,7 +161,7 @@ TetrahedralizeResult tetrahedralize(const TriMesh& surface, const Tetrahedralize
         config.nodes > 0
             ? search_nodes(surface, config)
             : TetrahedralizeResult{Filler(surface).fill(config.grading, 1), config.grading, 1, 1};
-    const auto nodes = static_cast<int>(result.tets.X.rows());
+    const int nodes = result.tets.X.rows();
     const double most = config.nodes > 0 ? (1 + config.tolerance) * config.nodes : 2. * nodes;
     result.optimization = optimize_tets(result.tets, static_cast<int>(most) - nodes);
     return result;

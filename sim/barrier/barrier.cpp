@@ -52,8 +52,8 @@ SurfacePoint surface_point(const MovingSurface& surface, int first, int count,
                            const std::array<FeatureCorner, 4>& at, const Eigen::Vector3d& weights) {
     SurfacePoint point{.body = surface.body(), .count = surface.is_obstacle() ? 0 : count};
     for (int k = 0; k < point.count; ++k) {
-        const auto i = static_cast<std::size_t>(k);
-        point.vertices[i] = at[static_cast<std::size_t>(first + k)].vertex;
+        const std::size_t i = k;
+        point.vertices[i] = at[first + k].vertex;
         point.weights[i] = weights[k];
     }
     return point;
@@ -67,7 +67,7 @@ double edge_area(const MovingSurface& surface, int edge) {
 }  // namespace
 
 void Barrier::add_body(std::shared_ptr<const ContactShape> shape, NodesRef rest, double young) {
-    surfaces_.emplace_back(shape->F, surface_positions(*shape, rest), static_cast<int>(bodies_.size()));
+    surfaces_.emplace_back(shape->F, surface_positions(*shape, rest), bodies_.size());
     bodies_.push_back({std::move(shape), young});
 }
 
@@ -76,7 +76,7 @@ void Barrier::add_obstacle(const Obstacle& obstacle) {
     walls_.back().still.velocity.setZero();
     if (!is_mesh(obstacle)) return;
     const TriMesh& mesh = std::get<std::shared_ptr<const StaticSurface>>(obstacle.shape)->mesh();
-    walls_.back().surface = static_cast<int>(surfaces_.size());
+    walls_.back().surface = surfaces_.size();
     surfaces_.emplace_back(mesh.F, mesh.X, -1);
 }
 
@@ -124,7 +124,7 @@ void Barrier::place(std::span<const Nodes> begin, std::span<const Nodes> end, do
         wall.begin = wall.start + progress * dt_ * wall.velocity;
         wall.end = wall.start + dt_ * wall.velocity;
         if (wall.surface < 0) continue;
-        MovingSurface& surface = surfaces_[static_cast<std::size_t>(wall.surface)];
+        MovingSurface& surface = surfaces_[wall.surface];
         surface.move(displaced(surface.rest(), wall.begin), displaced(surface.rest(), wall.end));
     }
 }
@@ -148,9 +148,9 @@ void Barrier::for_each_near(const Visit& visit) const {
     constexpr int grain = 128;
     const auto of_surfaces = near_.size();
     parallel_for(
-        static_cast<int>(feature_pairs()),
+        feature_pairs(),
         [&](int k) {
-            const auto i = static_cast<std::size_t>(k);
+            const std::size_t i = k;
             if (i < of_surfaces)
                 visit(near_[i], i);
             else
@@ -165,8 +165,8 @@ void Barrier::find_near_smooth() {
         const Wall& wall = walls_[w];
         if (wall.surface >= 0) continue;
         const Eigen::Vector3d moved = wall.end - wall.begin;
-        for (int b = 0; b < static_cast<int>(bodies_.size()); ++b) {
-            const MovingSurface& surface = surfaces_[static_cast<std::size_t>(b)];
+        for (int b = 0; b < std::ssize(bodies_); ++b) {
+            const MovingSurface& surface = surfaces_[b];
             for (int v = 0; v < static_cast<int>(surface.rest().rows()); ++v) {
                 const NearSmooth near{b, v, static_cast<int>(w)};
                 const Eigen::Vector3d motion =
@@ -180,15 +180,14 @@ void Barrier::find_near_smooth() {
 std::array<Eigen::Vector3d, 4> Barrier::positions(const FeaturePair& pair, double share) const {
     std::array<Eigen::Vector3d, 4> x;
     const auto at = corners(pair, surfaces_);
-    for (std::size_t k = 0; k < 4; ++k)
-        x[k] = surfaces_[static_cast<std::size_t>(at[k].surface)].at(at[k].vertex, share);
+    for (std::size_t k = 0; k < 4; ++k) x[k] = surfaces_[at[k].surface].at(at[k].vertex, share);
     return x;
 }
 
 SurfaceDistance Barrier::distance(const NearSmooth& near, double share) const {
-    const Wall& wall = walls_[static_cast<std::size_t>(near.wall)];
-    const Eigen::Vector3d p = surfaces_[static_cast<std::size_t>(near.body)].at(near.vertex, share) -
-                              (wall.begin + share * (wall.end - wall.begin));
+    const Wall& wall = walls_[near.wall];
+    const Eigen::Vector3d p =
+        surfaces_[near.body].at(near.vertex, share) - (wall.begin + share * (wall.end - wall.begin));
     return *signed_distance(wall.still, p, 0, std::numeric_limits<double>::infinity());
 }
 
@@ -206,9 +205,9 @@ double Barrier::limit(const NearFeatures& near) const {
 double Barrier::limit(const NearSmooth& near) const {
     const double floor = floor_share * reach_, begin = distance(near, 0).distance;
     const double least = floor + left_share * std::max(begin - floor, 0.0);
-    const Wall& wall = walls_[static_cast<std::size_t>(near.wall)];
+    const Wall& wall = walls_[near.wall];
     if (const auto* ball = std::get_if<BallShape>(&wall.obstacle.shape)) {
-        const MovingSurface& surface = surfaces_[static_cast<std::size_t>(near.body)];
+        const MovingSurface& surface = surfaces_[near.body];
         return std::min(
             time_to_ball(surface.at(near.vertex, 0) - wall.begin - ball->centre,
                          surface.at(near.vertex, 1) - wall.end - ball->centre, ball->radius + least),
@@ -232,11 +231,8 @@ BarrierLaw Barrier::law(double young, double area, double reach) const {
 }
 
 BarrierLaw Barrier::law(const NearFeatures& near) const {
-    const MovingSurface &a = surfaces_[static_cast<std::size_t>(near.pair.surface_a)],
-                        &b = surfaces_[static_cast<std::size_t>(near.pair.surface_b)];
-    const auto of = [&](const MovingSurface& surface) {
-        return bodies_[static_cast<std::size_t>(surface.body())].young;
-    };
+    const MovingSurface &a = surfaces_[near.pair.surface_a], &b = surfaces_[near.pair.surface_b];
+    const auto of = [&](const MovingSurface& surface) { return bodies_[surface.body()].young; };
     double young = 0;
     if (a.is_obstacle())
         young = of(b);
@@ -260,8 +256,7 @@ BarrierLaw Barrier::law(const NearFeatures& near) const {
 }
 
 BarrierLaw Barrier::law(const NearSmooth& near) const {
-    return law(bodies_[static_cast<std::size_t>(near.body)].young,
-               surfaces_[static_cast<std::size_t>(near.body)].rest_areas()[near.vertex], reach_);
+    return law(bodies_[near.body].young, surfaces_[near.body].rest_areas()[near.vertex], reach_);
 }
 
 /// The weight of a pair's potential: that of EdgeMollifier for two edges, otherwise 1.
@@ -269,7 +264,7 @@ EdgeMollifier Barrier::weight(const NearFeatures& near, double share) const {
     if (near.pair.kind == FeatureKind::vertex_face) return {};
     const auto x = positions(near.pair, share);
     const auto rest = [&](int surface, int edge) {
-        const MovingSurface& s = surfaces_[static_cast<std::size_t>(surface)];
+        const MovingSurface& s = surfaces_[surface];
         const auto ends = s.topology().edges.row(edge);
         return (s.rest().row(ends[1]) - s.rest().row(ends[0])).squaredNorm();
     };
@@ -306,11 +301,10 @@ double Barrier::energy(double share) {
 }
 
 Contact Barrier::contact(const NearFeatures& near, double share) const {
-    const MovingSurface &a = surfaces_[static_cast<std::size_t>(near.pair.surface_a)],
-                        &b = surfaces_[static_cast<std::size_t>(near.pair.surface_b)];
+    const MovingSurface &a = surfaces_[near.pair.surface_a], &b = surfaces_[near.pair.surface_b];
     const auto at = corners(near.pair, surfaces_);
     const ClosestPoints closest = closest_points(near.pair.kind, positions(near.pair, share));
-    const auto of_a = static_cast<int>(corners_of_a(near.pair.kind));
+    const int of_a = corners_of_a(near.pair.kind);
     Contact contact{.a = surface_point(a, 0, of_a, at, closest.weights_a),
                     .b = surface_point(b, of_a, 4 - of_a, at, closest.weights_b),
                     .normal = closest.gap / closest.distance,
@@ -328,7 +322,7 @@ Contact Barrier::contact(const NearFeatures& near, double share) const {
 }
 
 Contact Barrier::contact(const NearSmooth& near, double share) const {
-    const Wall& wall = walls_[static_cast<std::size_t>(near.wall)];
+    const Wall& wall = walls_[near.wall];
     const SurfaceDistance hit = distance(near, share);
     return {.a = {.body = near.body, .count = 1, .vertices = {near.vertex}, .weights = {1}},
             .normal = hit.normal,
@@ -362,7 +356,7 @@ void Barrier::add_turns(const NearFeatures& near, const EdgeMollifier& m, double
                         std::vector<BarrierContact>& contacts) const {
     const auto at = corners(near.pair, surfaces_);
     const auto add = [&](int surface, std::size_t first, const Eigen::Vector3d& gradient, double curvature) {
-        const MovingSurface& s = surfaces_[static_cast<std::size_t>(surface)];
+        const MovingSurface& s = surfaces_[surface];
         const double slope = gradient.norm();
         if (s.is_obstacle() || !(slope > 0)) return;
         BarrierContact turn{{}, energy * slope, energy * curvature, true};

@@ -85,9 +85,8 @@ std::vector<Momentum> BarrierSolver::momenta(const Eigen::VectorXd& v, const Bod
         }
         // A couple on an edge, which balances that on the other edge where both are at the end.
         Eigen::Vector3d edge = dt_ * terms_.velocity(c, v);
-        for (const CouplingTerm& t : terms_.of(c))
-            edge += t.weight * at.x[static_cast<std::size_t>(t.body)].row(t.node).transpose();
-        momenta[static_cast<std::size_t>(contact.a.body)].angular += edge.cross(p);
+        for (const CouplingTerm& t : terms_.of(c)) edge += t.weight * at.x[t.body].row(t.node).transpose();
+        momenta[contact.a.body].angular += edge.cross(p);
     }
     for (std::size_t f = 0; f < friction_.size(); ++f) {
         const Eigen::Vector3d u = slip(f, v);
@@ -145,7 +144,7 @@ Eigen::VectorXd BarrierSolver::rounding() const {
     for (std::size_t b = 0; b < systems_.size(); ++b) {
         const std::vector<Eigen::Matrix3d>& diagonal = systems_[b].matrix().diagonal();
         for (std::size_t i = 0; i < diagonal.size(); ++i)
-            if (!systems_[b].is_prescribed(static_cast<int>(i)))
+            if (!systems_[b].is_prescribed(i))
                 sum[first_unknown_[b] / 3 + static_cast<Eigen::Index>(i)] = moved * diagonal[i].trace();
     }
     const CoupledSystem whole = system();
@@ -160,28 +159,28 @@ std::vector<int> BarrierSolver::clusters() const {
     std::iota(parent.begin(), parent.end(), 0);
     std::vector<char> meets_obstacle(parent.size(), 0);
     const auto root = [&](int body) {
-        while (parent[static_cast<std::size_t>(body)] != body) body = parent[static_cast<std::size_t>(body)];
+        while (parent[body] != body) body = parent[body];
         return body;
     };
     const auto join = [&](const Contact& contact) {
         const int a = root(contact.a.body);
         if (contact.b.body < 0) {
-            meets_obstacle[static_cast<std::size_t>(contact.a.body)] = 1;
+            meets_obstacle[contact.a.body] = 1;
             return;
         }
         const int b = root(contact.b.body);
-        parent[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+        parent[std::max(a, b)] = std::min(a, b);
     };
     for (const BarrierContact& c : contacts_)
         if (!c.turns) join(c.contact);
     for (const FrictionContact& f : friction_) join(f.contact);
     std::vector<int> cluster(parent.size());
     for (std::size_t b = 0; b < parent.size(); ++b) {
-        cluster[b] = root(static_cast<int>(b));
-        if (meets_obstacle[b]) meets_obstacle[static_cast<std::size_t>(cluster[b])] = 1;
+        cluster[b] = root(b);
+        if (meets_obstacle[b]) meets_obstacle[cluster[b]] = 1;
     }
     for (int& c : cluster)
-        if (meets_obstacle[static_cast<std::size_t>(c)]) c = -1;
+        if (meets_obstacle[c]) c = -1;
     return cluster;
 }
 

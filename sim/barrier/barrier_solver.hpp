@@ -68,7 +68,7 @@ class BarrierSolver {
     /// What these impulses give to the momentum of each body. at: positions at the start of the step.
     std::vector<Momentum> momenta(const Eigen::VectorXd& v, const BodyPositions& at) const;
 
-    int contact_count() const noexcept { return static_cast<int>(contacts_.size()); }
+    int contact_count() const noexcept { return contacts_.size(); }
 
  private:
     CoupledSystem system() const;

@@ -18,7 +18,7 @@ TriangleCorners face_corners(const MovingSurface& surface, int face) {
 /// Whether the side of face a opposite to its corner k meets face b.
 bool side_meets(const MovingSurface& s, int a, int k, const TriangleCorners& b) {
     const TriangleCorners face = face_corners(s, a);
-    const auto p = static_cast<std::size_t>((k + 1) % 3), q = static_cast<std::size_t>((k + 2) % 3);
+    const std::size_t p = (k + 1) % 3, q = (k + 2) % 3;
     return double_triangles_intersect({face[p], face[q], face[q]}, b);
 }
 
@@ -29,8 +29,8 @@ bool neighbours_intersect(const MovingSurface& s, int a, int b) {
     for (int k = 0; k < 3; ++k)
         for (int l = 0; l < 3; ++l)
             if (s.F()(a, k) == s.F()(b, l)) {
-                common_a[static_cast<std::size_t>(count)] = k;
-                common_b[static_cast<std::size_t>(count)] = l;
+                common_a[count] = k;
+                common_b[count] = l;
                 ++count;
             }
     if (count == 1)
@@ -38,10 +38,9 @@ bool neighbours_intersect(const MovingSurface& s, int a, int b) {
                side_meets(s, b, common_b[0], face_corners(s, a));
     if (count != 2) return true;
     const TriangleCorners corners_a = face_corners(s, a), corners_b = face_corners(s, b);
-    const Eigen::Vector3d p = corners_a[static_cast<std::size_t>(3 - common_a[0] - common_a[1])],
-                          q = corners_b[static_cast<std::size_t>(3 - common_b[0] - common_b[1])];
-    const Eigen::Vector3d &u = corners_a[static_cast<std::size_t>(common_a[0])],
-                          &v = corners_a[static_cast<std::size_t>(common_a[1])];
+    const Eigen::Vector3d p = corners_a[3 - common_a[0] - common_a[1]],
+                          q = corners_b[3 - common_b[0] - common_b[1]];
+    const Eigen::Vector3d &u = corners_a[common_a[0]], &v = corners_a[common_a[1]];
     return double_triangles_intersect({p, p, p}, corners_b) ||
            double_triangles_intersect({q, q, q}, corners_a) ||
            double_triangles_intersect({u, p, p}, {v, q, q}) ||
@@ -58,16 +57,15 @@ bool have_common_vertex(const Faces& F, int a, int b) {
 
 void IntersectionSearch::begin(const std::vector<MovingSurface>& surfaces) {
     neighbours_.clear();
-    for (int s = 0; s < static_cast<int>(surfaces.size()); ++s) {
-        const MovingSurface& surface = surfaces[static_cast<std::size_t>(s)];
+    for (int s = 0; s < std::ssize(surfaces); ++s) {
+        const MovingSurface& surface = surfaces[s];
         if (surface.is_obstacle()) continue;
         const SurfaceTopology& topology = surface.topology();
         for (int a = 0; a < static_cast<int>(surface.F().rows()); ++a)
             for (int k = 0; k < 3; ++k) {
-                const auto v = static_cast<std::size_t>(surface.F()(a, k));
+                const std::size_t v = surface.F()(a, k);
                 for (int i = topology.vertex_begin[v]; i < topology.vertex_begin[v + 1]; ++i)
-                    if (const int b = topology.vertex_faces[static_cast<std::size_t>(i)]; a < b)
-                        neighbours_.push_back({s, s, a, b});
+                    if (const int b = topology.vertex_faces[i]; a < b) neighbours_.push_back({s, s, a, b});
             }
     }
     std::ranges::sort(neighbours_);
@@ -77,15 +75,15 @@ void IntersectionSearch::begin(const std::vector<MovingSurface>& surfaces) {
 
 std::vector<Intersection> IntersectionSearch::find(std::vector<MovingSurface>& surfaces) {
     candidates_ = neighbours_;
-    const int count = static_cast<int>(surfaces.size());
+    const int count = surfaces.size();
     for (int a = 0; a < count; ++a) {
-        MovingSurface& s = surfaces[static_cast<std::size_t>(a)];
+        MovingSurface& s = surfaces[a];
         if (!s.is_obstacle())
             for (const FacePair& faces :
                  self_query_.boxes_within(s.tree(), static_cast<float>(2 * s.rounding())))
                 candidates_.push_back({a, a, faces.a, faces.b});
         for (int b = a + 1; b < count; ++b) {
-            MovingSurface& t = surfaces[static_cast<std::size_t>(b)];
+            MovingSurface& t = surfaces[b];
             if (s.is_obstacle() && t.is_obstacle()) continue;
             const auto distance = static_cast<float>(s.rounding() + t.rounding());
             for (const FacePair& faces : pair_query_.boxes_within(s.tree(), t.tree(), distance))
@@ -93,14 +91,12 @@ std::vector<Intersection> IntersectionSearch::find(std::vector<MovingSurface>& s
         }
     }
     std::vector<char> meets(candidates_.size());
-    parallel_for(static_cast<int>(candidates_.size()), [&](int i) {
-        const Intersection& pair = candidates_[static_cast<std::size_t>(i)];
-        const MovingSurface &s = surfaces[static_cast<std::size_t>(pair.surface_a)],
-                            &t = surfaces[static_cast<std::size_t>(pair.surface_b)];
-        meets[static_cast<std::size_t>(i)] =
-            pair.surface_a == pair.surface_b && have_common_vertex(s.F(), pair.a, pair.b)
-                ? neighbours_intersect(s, pair.a, pair.b)
-                : double_triangles_intersect(face_corners(s, pair.a), face_corners(t, pair.b));
+    parallel_for(candidates_.size(), [&](int i) {
+        const Intersection& pair = candidates_[i];
+        const MovingSurface &s = surfaces[pair.surface_a], &t = surfaces[pair.surface_b];
+        meets[i] = pair.surface_a == pair.surface_b && have_common_vertex(s.F(), pair.a, pair.b)
+                       ? neighbours_intersect(s, pair.a, pair.b)
+                       : double_triangles_intersect(face_corners(s, pair.a), face_corners(t, pair.b));
     });
     std::vector<Intersection> result;
     for (std::size_t i = 0; i < candidates_.size(); ++i)
@@ -113,7 +109,7 @@ std::string intersection_text(const std::vector<Intersection>& intersections,
                               const std::vector<MovingSurface>& surfaces) {
     constexpr std::size_t most = 3;
     const auto name = [&](int surface) {
-        const MovingSurface& s = surfaces[static_cast<std::size_t>(surface)];
+        const MovingSurface& s = surfaces[surface];
         if (!s.is_obstacle()) return fmt::format("body {}", s.body());
         const auto meshes_before = std::count_if(surfaces.begin(), surfaces.begin() + surface,
                                                  [](const MovingSurface& t) { return t.is_obstacle(); });

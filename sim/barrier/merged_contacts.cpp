@@ -19,7 +19,7 @@ std::optional<PointKey> key_of(const SurfacePoint& point) {
     for (std::size_t k = 0; k < static_cast<std::size_t>(point.count); ++k) {
         if (point.weights[k] == 0) continue;
         if (key[0] == 2) return std::nullopt;
-        key[static_cast<std::size_t>(2 + key[0]++)] = point.vertices[k];
+        key[2 + key[0]++] = point.vertices[k];
     }
     if (key[0] == 2 && key[2] > key[3]) std::swap(key[2], key[3]);
     return key;

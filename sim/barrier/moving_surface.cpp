@@ -9,7 +9,7 @@ namespace nbd {
 MovingSurface::MovingSurface(const Faces& F, Nodes rest, int body)
     : body_(body),
       F_(F),
-      topology_(surface_topology(F, static_cast<int>(rest.rows()))),
+      topology_(surface_topology(F, rest.rows())),
       rest_(std::move(rest)),
       areas_(vertex_areas(F_, rest_)),
       tree_(shared_exact_tree(rest_.cast<float>(), F_), BoundKind::boxes),
@@ -34,9 +34,7 @@ double MovingSurface::rounding() const noexcept {
 }
 
 std::array<FeatureCorner, 4> corners(const FeaturePair& pair, const std::vector<MovingSurface>& surfaces) {
-    const auto numbered = [&](int surface) {
-        return surfaces[static_cast<std::size_t>(surface)].numbered(surface);
-    };
+    const auto numbered = [&](int surface) { return surfaces[surface].numbered(surface); };
     const auto vertices = feature_vertices(pair, numbered(pair.surface_a), numbered(pair.surface_b));
     std::array<FeatureCorner, 4> result;
     for (std::size_t k = 0; k < 4; ++k)

@@ -11,7 +11,7 @@ namespace nbd {
 void NearFeatureSearch::begin(const std::vector<MovingSurface>& surfaces) {
     neighbours_.clear();
     for (std::size_t s = 0; s < surfaces.size(); ++s)
-        if (!surfaces[s].is_obstacle()) neighbours_.emplace_back(surfaces, static_cast<int>(s));
+        if (!surfaces[s].is_obstacle()) neighbours_.emplace_back(surfaces, s);
 }
 
 std::span<const NearFeatures> NearFeatureSearch::find(std::vector<MovingSurface>& surfaces, double reach) {
@@ -23,20 +23,20 @@ std::span<const NearFeatures> NearFeatureSearch::find(std::vector<MovingSurface>
         const std::span<const FacePair> pairs = query();
         query_us_ += watch.microseconds();
         face_pairs_ += static_cast<long>(pairs.size());
-        const auto numbered = [&](int s) { return surfaces[static_cast<std::size_t>(s)].numbered(s); };
+        const auto numbered = [&](int s) { return surfaces[s].numbered(s); };
         for (const FacePair& faces : pairs)
             for_each_owned_pair(numbered(a), numbered(b), faces,
                                 [&](const FeaturePair& pair) { found_.push_back({pair}); });
     };
-    const int count = static_cast<int>(surfaces.size());
+    const int count = surfaces.size();
     for (int a = 0; a < count; ++a) {
-        MovingSurface& s = surfaces[static_cast<std::size_t>(a)];
+        MovingSurface& s = surfaces[a];
         if (!s.is_obstacle()) {
             const auto distance = static_cast<float>(reach + 2 * s.rounding());
             add(a, a, [&] { return self_query_.boxes_within(s.own_tree(), distance); });
         }
         for (int b = a + 1; b < count; ++b) {
-            MovingSurface& t = surfaces[static_cast<std::size_t>(b)];
+            MovingSurface& t = surfaces[b];
             if (s.is_obstacle() && t.is_obstacle()) continue;
             const auto distance = static_cast<float>(reach + s.rounding() + t.rounding());
             add(a, b, [&] { return pair_query_.boxes_within(s.tree(), t.tree(), distance); });
@@ -48,14 +48,14 @@ std::span<const NearFeatures> NearFeatureSearch::find(std::vector<MovingSurface>
 
 void NearFeatureSearch::keep_near(const std::vector<MovingSurface>& surfaces, double reach) {
     keeps_.assign(found_.size(), 0);
-    parallel_for(static_cast<int>(found_.size()), [&](int i) {
-        NearFeatures& near = found_[static_cast<std::size_t>(i)];
+    parallel_for(found_.size(), [&](int i) {
+        NearFeatures& near = found_[i];
         near.reach = reach;
         const double apart = boxes_apart(near.pair, surfaces);
         if (apart > reach) return;
         if (near.pair.surface_a == near.pair.surface_b)
             near.reach = std::min(reach, rest_share * rest_distance(near.pair, surfaces));
-        keeps_[static_cast<std::size_t>(i)] = apart <= near.reach;
+        keeps_[i] = apart <= near.reach;
     });
     kept_.clear();
     for (std::size_t i = 0; i < found_.size(); ++i)

@@ -16,8 +16,7 @@ Nodes about_mean(const Nodes& x) { return x.rowwise() - x.colwise().mean(); }
 
 }  // namespace
 
-NeighbourWatch::NeighbourWatch(const std::vector<MovingSurface>& surfaces, int surface)
-    : surface_(static_cast<std::size_t>(surface)) {
+NeighbourWatch::NeighbourWatch(const std::vector<MovingSurface>& surfaces, int surface) : surface_(surface) {
     const MovingSurface& own = surfaces[surface_];
     for (const FeaturePair& pair : neighbour_features(own.F(), own.topology(), surface)) {
         pairs_.push_back({pair, rest_share * rest_distance(pair, surfaces)});
@@ -27,8 +26,8 @@ NeighbourWatch::NeighbourWatch(const std::vector<MovingSurface>& surfaces, int s
 void NeighbourWatch::refer_to_begin(const std::vector<MovingSurface>& surfaces) {
     reference_ = about_mean(surfaces[surface_].begin());
     apart_.resize(pairs_.size());
-    parallel_for(static_cast<int>(pairs_.size()), [&](int i) {
-        const auto p = static_cast<std::size_t>(i);
+    parallel_for(pairs_.size(), [&](int i) {
+        const std::size_t p = i;
         apart_[p] = boxes_apart_at_begin(pairs_[p].pair, surfaces);
     });
 }
@@ -46,15 +45,15 @@ void NeighbourWatch::find(const std::vector<MovingSurface>& surfaces, double rea
     const double most = 2 * distance() + rounding * (1 + own.begin().cwiseAbs().maxCoeff());
     looked_at_.clear();
     for (std::size_t i = 0; i < pairs_.size(); ++i)
-        if (apart_[i] <= std::min(pairs_[i].reach, reach) + most) looked_at_.push_back(static_cast<int>(i));
+        if (apart_[i] <= std::min(pairs_[i].reach, reach) + most) looked_at_.push_back(i);
     keeps_.assign(looked_at_.size(), 0);
-    parallel_for(static_cast<int>(looked_at_.size()), [&](int k) {
-        const NearFeatures& pair = pairs_[static_cast<std::size_t>(looked_at_[static_cast<std::size_t>(k)])];
-        keeps_[static_cast<std::size_t>(k)] = boxes_apart(pair.pair, surfaces) <= std::min(pair.reach, reach);
+    parallel_for(looked_at_.size(), [&](int k) {
+        const NearFeatures& pair = pairs_[looked_at_[k]];
+        keeps_[k] = boxes_apart(pair.pair, surfaces) <= std::min(pair.reach, reach);
     });
     for (std::size_t k = 0; k < looked_at_.size(); ++k) {
         if (!keeps_[k]) continue;
-        const NearFeatures& pair = pairs_[static_cast<std::size_t>(looked_at_[k])];
+        const NearFeatures& pair = pairs_[looked_at_[k]];
         near.push_back({pair.pair, std::min(pair.reach, reach)});
     }
 }

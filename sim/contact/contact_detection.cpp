@@ -54,7 +54,7 @@ double tree_error(const ContactParty& body) {
 /// The velocities of blocks of a body, found where they are first asked for.
 const ContactSurface::Ball& block_velocity(const ContactParty& body, int block,
                                            std::vector<ContactSurface::Ball>& balls) {
-    ContactSurface::Ball& ball = balls[static_cast<std::size_t>(block)];
+    ContactSurface::Ball& ball = balls[block];
     if (ball.radius < 0) ball = body.surface.block_ball(block, body.state.v);
     return ball;
 }
@@ -126,12 +126,11 @@ void ContactDetection::find(std::span<const ContactParty> bodies, std::span<cons
     const std::span<const BodyIndices> pairs = sweep_.touching(boxes);
     std::erase_if(finders_, [&](const auto& f) { return !std::ranges::binary_search(pairs, f.first); });
     for (const BodyIndices pair : pairs) find_bodies(pair, bodies, config, thickness, dt_before, dt, report);
-    for (int b = 0; config.self_contact && b < static_cast<int>(bodies.size()); ++b)
-        if (bodies[static_cast<std::size_t>(b)].tree)
-            find_self(b, bodies, config, thickness, dt_before, dt, report);
+    for (int b = 0; config.self_contact && b < std::ssize(bodies); ++b)
+        if (bodies[b].tree) find_self(b, bodies, config, thickness, dt_before, dt, report);
     starts_ = std::move(starts_now_);
-    started_bodies_ = static_cast<int>(bodies.size());
-    started_obstacles_ = static_cast<int>(obstacles.size());
+    started_bodies_ = bodies.size();
+    started_obstacles_ = obstacles.size();
     report.detect_us += watch.microseconds() - (report.collision_us - queries_before_us);
 }
 
@@ -142,7 +141,7 @@ void ContactDetection::find_obstacles(std::span<const ContactParty> bodies,
         const double stiffness = config.stiffness_scale * bodies[b].young / thickness;
         for (std::size_t o = 0; o < obstacles.size(); ++o) {
             const std::size_t first = contacts_.size();
-            find_obstacle_contacts(static_cast<int>(b), bodies[b].surface, obstacles[o], time, dt,
+            find_obstacle_contacts(b, bodies[b].surface, obstacles[o], time, dt,
                                    thickness + dt * fastest(bodies[b], mean_velocity(obstacles[o], time, dt)),
                                    contacts_);
             for (std::size_t c = first; c < contacts_.size(); ++c) {
@@ -166,8 +165,8 @@ std::span<const PatchPair> ContactDetection::near_patches(const ContactParty& a,
     std::span<const PatchPair> pairs;
     if (a.surface.has_patches_of(a.tree->box_tree()) && b.surface.has_patches_of(b.tree->box_tree())) {
         const ContactSurface::Ball unknown{Eigen::Vector3d::Zero(), -1};
-        block_velocities_a_.assign(static_cast<std::size_t>(a.surface.block_count()), unknown);
-        block_velocities_b_.assign(static_cast<std::size_t>(b.surface.block_count()), unknown);
+        block_velocities_a_.assign(a.surface.block_count(), unknown);
+        block_velocities_b_.assign(b.surface.block_count(), unknown);
         const auto reach_of = [&](int block_a, int block_b) {
             const double approach = dt * fastest_approach(block_velocity(a, block_a, block_velocities_a_),
                                                           block_velocity(b, block_b, block_velocities_b_));
@@ -177,7 +176,7 @@ std::span<const PatchPair> ContactDetection::near_patches(const ContactParty& a,
         pairs = query_.box_leaves_within(*a.tree, *b.tree, distance, std::cref(reach_of));
     } else {
         const auto patch = [](const ContactParty& body, int face) {
-            return body.surface.patches().of_face[static_cast<std::size_t>(face)];
+            return body.surface.patches().of_face[face];
         };
         patch_pairs_.clear();
         std::array<PatchPair, 1024> recent;  // most repeats follow soon
@@ -205,8 +204,7 @@ std::span<const PatchPair> ContactDetection::near_patches(const ContactParty& a,
 void ContactDetection::find_bodies(BodyIndices pair, std::span<const ContactParty> bodies,
                                    const ContactConfig& config, double thickness, double dt_before, double dt,
                                    DetectionReport& report) {
-    const ContactParty &a = bodies[static_cast<std::size_t>(pair.a)],
-                       &b = bodies[static_cast<std::size_t>(pair.b)];
+    const ContactParty &a = bodies[pair.a], &b = bodies[pair.b];
     const Eigen::Vector3d frame = (mean_velocity(a) + mean_velocity(b)) / 2;
     const double most = thickness + dt * (fastest(a, frame) + fastest(b, frame));
     const Box region = common(grown(a.surface.box(), most), grown(b.surface.box(), most));
@@ -276,8 +274,8 @@ void ContactDetection::finish_bodies(std::size_t first, BodyIndices pair,
     for (std::size_t c = first; c < contacts_.size(); ++c) deepest_ = std::max(deepest_, -contacts_[c].gap);
     yield_to_starts(first, {pair.a, pair.b}, thickness);
     if (config.per_group > 0)
-        reduction_.reduce(contacts_, first, pair.a, bodies[static_cast<std::size_t>(pair.a)].surface,
-                          bodies[static_cast<std::size_t>(pair.b)].surface, thickness, config.per_group);
+        reduction_.reduce(contacts_, first, pair.a, bodies[pair.a].surface, bodies[pair.b].surface, thickness,
+                          config.per_group);
     for (std::size_t c = first; c < contacts_.size(); ++c) {
         contacts_[c].friction = config.friction;
         contacts_[c].stiffness = stiffness * contacts_[c].area;
@@ -303,7 +301,7 @@ SelfContactFinder& ContactDetection::self_finder(int body, const ContactParty& p
 
 void ContactDetection::find_self(int body, std::span<const ContactParty> bodies, const ContactConfig& config,
                                  double thickness, double dt_before, double dt, DetectionReport& report) {
-    const ContactParty& party = bodies[static_cast<std::size_t>(body)];
+    const ContactParty& party = bodies[body];
     const double own = self_thickness(*party.surface.shape(), thickness);
     SelfContactFinder& finder = self_finder(body, party, own);
     const double moved = dt_before > 0 ? 2 * dt_before * fastest(party, mean_velocity(party)) + party.moved

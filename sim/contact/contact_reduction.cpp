@@ -17,7 +17,7 @@ int heaviest_node(const SurfacePoint& point, const ContactSurface& surface) {
             const double weight = point.weights[k] * entry.value();
             if (weight > most) {
                 most = weight;
-                node = static_cast<int>(entry.col());
+                node = entry.col();
             }
         }
     return node;
@@ -63,9 +63,7 @@ void ContactReduction::reduce(std::vector<Contact>& contacts, std::size_t first,
 /// The group: members_[begin, end).
 void ContactReduction::reduce_group(std::vector<Contact>& contacts, std::size_t begin, std::size_t end,
                                     double thickness, int per_group) {
-    const auto contact = [&](std::size_t m) -> Contact& {
-        return contacts[static_cast<std::size_t>(members_[m].contact)];
-    };
+    const auto contact = [&](std::size_t m) -> Contact& { return contacts[members_[m].contact]; };
     const std::size_t most = std::min(static_cast<std::size_t>(per_group), end - begin);
     kept_.clear();
     distances_.assign(end - begin, std::numeric_limits<double>::infinity());
@@ -74,7 +72,7 @@ void ContactReduction::reduce_group(std::vector<Contact>& contacts, std::size_t 
         if (contact(m).gap < contact(next).gap) next = m;
     while (kept_.size() < most) {
         kept_.push_back(next);
-        keeps_[static_cast<std::size_t>(members_[next].contact)] = 1;
+        keeps_[members_[next].contact] = 1;
         for (std::size_t m = begin; m < end; ++m)
             distances_[m - begin] = std::min(
                 distances_[m - begin], (members_[m].place - members_[kept_.back()].place).squaredNorm());

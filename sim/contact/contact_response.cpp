@@ -19,7 +19,7 @@ PointMotion motion_at(const Eigen::Vector3d& arm) {
     return G;
 }
 
-std::size_t number(int body) { return static_cast<std::size_t>(body); }
+std::size_t number(int body) { return body; }
 
 }  // namespace
 
@@ -75,11 +75,11 @@ ContactSolver::RigidResponse ContactSolver::response(const Eigen::VectorXd& v,
     if (count == 0) return response;
 
     // The lower half of the sum of inertia and resistance, by bodies and pairs of bodies.
-    std::vector<RigidMatrix> own(static_cast<std::size_t>(count)), mutual(pairs_.size(), RigidMatrix::Zero());
+    std::vector<RigidMatrix> own(count), mutual(pairs_.size(), RigidMatrix::Zero());
     Eigen::VectorXd given(6 * count);
     for (std::size_t b = 0; b < inertia.size(); ++b) {
         if (place[b] < 0) continue;
-        own[static_cast<std::size_t>(place[b])] = *inertia[b];
+        own[place[b]] = *inertia[b];
         given.segment<6>(6 * place[b]) = impulses[b];
     }
     const auto place_of = [&](const Touch& touch, std::size_t k) {
@@ -89,7 +89,7 @@ ContactSolver::RigidResponse ContactSolver::response(const Eigen::VectorXd& v,
     for (const Touch& touch : all) {
         for (const std::size_t k : {0u, 1u})
             if (const Eigen::Index i = place_of(touch, k); i >= 0)
-                own[static_cast<std::size_t>(i)] += touch.motion[k].transpose() * touch.R * touch.motion[k];
+                own[i] += touch.motion[k].transpose() * touch.R * touch.motion[k];
         mutual[pair_of_[touch.contact]] -= touch.motion[0].transpose() * touch.R * touch.motion[1];
     }
     std::vector<Eigen::Triplet<double>> entries;
@@ -97,7 +97,7 @@ ContactSolver::RigidResponse ContactSolver::response(const Eigen::VectorXd& v,
         for (int i = 0; i < 6; ++i)
             for (int j = 0; j < 6; ++j) entries.emplace_back(6 * row + i, 6 * column + j, block(i, j));
     };
-    for (Eigen::Index i = 0; i < count; ++i) add(i, i, own[static_cast<std::size_t>(i)]);
+    for (Eigen::Index i = 0; i < count; ++i) add(i, i, own[i]);
     for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {
         if (mutual[pair].isZero(0)) continue;
         const Eigen::Index i = place[number(pairs_[pair][0])], j = place[number(pairs_[pair][1])];

@@ -149,16 +149,15 @@ std::vector<bool> ContactSolver::wrong_pairs(const std::vector<Rub>& rubs) const
         const std::size_t pair = pair_of_[c];
         const Eigen::Vector3d off = friction_off(c, rubs[c]);
         for (const int body : pairs_[pair])
-            if (body >= 0) most_of[static_cast<std::size_t>(body)] += rubs[c].most;
+            if (body >= 0) most_of[body] += rubs[c].most;
         off_of[pair] += contacts_[c].a.body == pairs_[pair][0] ? off : Eigen::Vector3d(-off);
         each_off_of[pair] += off.norm();
     }
     std::vector<bool> wrong(pairs_.size());
     for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {
         const double off = each_contact_ ? each_off_of[pair] : off_of[pair].norm();
-        wrong[pair] = std::ranges::any_of(pairs_[pair], [&](int body) {
-            return body >= 0 && off > friction_share * most_of[static_cast<std::size_t>(body)];
-        });
+        wrong[pair] = std::ranges::any_of(
+            pairs_[pair], [&](int body) { return body >= 0 && off > friction_share * most_of[body]; });
     }
     return wrong;
 }

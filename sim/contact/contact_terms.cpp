@@ -20,12 +20,12 @@ void ContactTerms::add(const Contact& contact, std::span<const ContactSurface* c
 void ContactTerms::add_point(const SurfacePoint& point, double sign,
                              std::span<const ContactSurface* const> surfaces,
                              std::span<const int> first_unknown) {
-    const auto begin = static_cast<std::ptrdiff_t>(begin_.back());
+    const std::ptrdiff_t begin = begin_.back();
     for (std::size_t k = 0; k < static_cast<std::size_t>(point.count); ++k) {
-        const auto body = static_cast<std::size_t>(point.body);
+        const std::size_t body = point.body;
         for (Embedding::InnerIterator entry(surfaces[body]->W(), point.vertices[k]); entry; ++entry) {
             const double weight = sign * point.weights[k] * entry.value();
-            const int node = static_cast<int>(entry.col());
+            const int node = entry.col();
             if (weight == 0) continue;
             const auto known = std::find_if(terms_.begin() + begin, terms_.end(), [&](const CouplingTerm& t) {
                 return t.body == point.body && t.node == node;
@@ -39,7 +39,7 @@ void ContactTerms::add_point(const SurfacePoint& point, double sign,
 }
 
 void ContactTerms::hold(std::span<const StepSystem> systems) {
-    for (CouplingTerm& t : terms_) t.held = systems[static_cast<std::size_t>(t.body)].is_prescribed(t.node);
+    for (CouplingTerm& t : terms_) t.held = systems[t.body].is_prescribed(t.node);
 }
 
 Eigen::Vector3d ContactTerms::velocity(std::size_t contact, const Eigen::VectorXd& v) const {
@@ -58,7 +58,7 @@ Eigen::Vector3d ContactTerms::acts_at(const Contact& contact, std::size_t index,
                                       const BodyPositions& at) const {
     Eigen::Vector3d a = Eigen::Vector3d::Zero(), b = Eigen::Vector3d::Zero();
     for (const CouplingTerm& t : of(index)) {
-        const Eigen::Vector3d x = at.x[static_cast<std::size_t>(t.body)].row(t.node);
+        const Eigen::Vector3d x = at.x[t.body].row(t.node);
         (t.body == contact.a.body ? a : b) += (t.body == contact.a.body ? t.weight : -t.weight) * x;
     }
     return contact.b.body < 0 ? a : (a + b) / 2;
@@ -69,9 +69,9 @@ void ContactTerms::add_momentum(const Contact& contact, std::size_t index, const
     if (contact.a.body == contact.b.body) return;
     const Eigen::Vector3d point = acts_at(contact, index, at);
     const auto act = [&](int body, const Eigen::Vector3d& impulse) {
-        Momentum& momentum = momenta[static_cast<std::size_t>(body)];
+        Momentum& momentum = momenta[body];
         momentum.linear += impulse;
-        momentum.angular += (point - at.centres[static_cast<std::size_t>(body)]).cross(impulse);
+        momentum.angular += (point - at.centres[body]).cross(impulse);
     };
     act(contact.a.body, p);
     if (contact.b.body >= 0) act(contact.b.body, -p);

@@ -201,7 +201,7 @@ long find_edge_contacts(const BodyPatches& a, const BodyPatches& b, std::span<co
     };
     constexpr int pairs_per_task = 256;
     const int tasks = (static_cast<int>(near.size()) + pairs_per_task - 1) / pairs_per_task;
-    std::vector<std::vector<EdgePair>> found(static_cast<std::size_t>(tasks));
+    std::vector<std::vector<EdgePair>> found(tasks);
     // Two edges of at most this length make no contact.
     const double shortest = detail == ContactDetail::enough ? short_share * reach.apart : 0;
     const auto surely_short = static_cast<float>(std::max(0.0, shortest - room));
@@ -229,9 +229,9 @@ long find_edge_contacts(const BodyPatches& a, const BodyPatches& b, std::span<co
     parallel_for(
         tasks,
         [&](int task) {
-            const auto first = static_cast<std::size_t>(task * pairs_per_task);
+            const std::size_t first = task * pairs_per_task;
             for (std::size_t k = first; k < std::min(first + pairs_per_task, near.size()); ++k)
-                search(near[k], found[static_cast<std::size_t>(task)]);
+                search(near[k], found[task]);
         },
         1);
     std::vector<EdgePair> facing;

@@ -167,7 +167,7 @@ NearestFaces nearest_faces(const PosedPatches& points, const PosedPatches& other
     NearestFaces result{.of_vertices = std::vector<int>(sought.size())};
     std::vector<long> measured(tasks);
     parallel_for(
-        static_cast<int>(tasks),
+        tasks,
         [&](int task) {
             NearestFaceSearch search(points, others, reach);
             const std::size_t first = static_cast<std::size_t>(task) * vertices_per_task;
@@ -176,7 +176,7 @@ NearestFaces nearest_faces(const PosedPatches& points, const PosedPatches& other
                 if (i == first || group != sought[i - 1].group) search.begin_patch(groups[group]);
                 result.of_vertices[i] = search.nearest(vertex);
             }
-            measured[static_cast<std::size_t>(task)] = search.measured();
+            measured[task] = search.measured();
         },
         1);
     result.measured = std::accumulate(measured.begin(), measured.end(), 0L);

@@ -36,7 +36,7 @@ RestGaps rest_gaps(const TriMesh& surface, double distance) {
     const VerticesRef pose = x;
     tree.begin_pose(VertexView::as_long_as(pose));
     SelfQuery query;
-    const EdgeGraph graph(surface.F, static_cast<int>(surface.X.rows()));
+    const EdgeGraph graph(surface.F, surface.X.rows());
     EdgePaths paths(graph, surface.X);
     RestGaps gaps{.pairs = 0, .least = std::numeric_limits<double>::infinity()};
     int grown_from = -1;  // the face whose surroundings `around` holds

@@ -84,15 +84,15 @@ void SelfContactFinder::find(const ContactSurface& surface, PosedTree& tree, con
     const Stopwatch watch;
     const auto pairs = near_faces(tree, reach, error);
     costs_.query_us = watch.microseconds();
-    face_pairs_ = static_cast<long>(pairs.size());
+    face_pairs_ = pairs.size();
     measure_faces(surface, pairs);
     constexpr int pairs_per_task = 1024;
     const Test test{reach, moved, sides};
     std::vector<Found> found((pairs.size() + pairs_per_task - 1) / pairs_per_task);
-    in_parallel(static_cast<int>(found.size()), [&](int task) {
+    in_parallel(found.size(), [&](int task) {
         const auto first = static_cast<std::size_t>(task) * pairs_per_task;
         for (std::size_t k = first; k < std::min(first + pairs_per_task, pairs.size()); ++k)
-            test_pair(surface, pairs[k], test, found[static_cast<std::size_t>(task)]);
+            test_pair(surface, pairs[k], test, found[task]);
     });
     Found all;
     for (const Found& part : found) {
@@ -128,17 +128,17 @@ std::span<const FacePair> SelfContactFinder::near_faces(PosedTree& tree, const C
 }
 
 void SelfContactFinder::measure_faces(const ContactSurface& surface, std::span<const FacePair> pairs) {
-    const auto faces = static_cast<std::size_t>(surface.F().rows());
+    const std::size_t faces = surface.F().rows();
     balls_.resize(faces);
     is_measured_.assign(faces, 0);
     std::vector<int> measured;
     for (const FacePair& pair : pairs)
         for (const int face : {pair.a, pair.b})
-            if (std::exchange(is_measured_[static_cast<std::size_t>(face)], 1) == 0) measured.push_back(face);
-    parallel_for(static_cast<int>(measured.size()), [&](int i) {
-        const int face = measured[static_cast<std::size_t>(i)];
+            if (std::exchange(is_measured_[face], 1) == 0) measured.push_back(face);
+    parallel_for(measured.size(), [&](int i) {
+        const int face = measured[i];
         const auto corners = surface.F().row(face);
-        FaceBalls& balls = balls_[static_cast<std::size_t>(face)];
+        FaceBalls& balls = balls_[face];
         balls = {
             .centre = (surface.x(corners[0]) + surface.x(corners[1]) + surface.x(corners[2])) / 3,
             .motion = (motions_.row(corners[0]) + motions_.row(corners[1]) + motions_.row(corners[2])) / 3,
@@ -155,8 +155,7 @@ void SelfContactFinder::measure_faces(const ContactSurface& surface, std::span<c
 void SelfContactFinder::test_pair(const ContactSurface& surface, const FacePair& pair, const Test& test,
                                   Found& found) const {
     const ContactReach& reach = test.reach;
-    const FaceBalls &a = balls_[static_cast<std::size_t>(pair.a)],
-                    &b = balls_[static_cast<std::size_t>(pair.b)];
+    const FaceBalls &a = balls_[pair.a], &b = balls_[pair.b];
     const double motion = (a.motion - b.motion).norm() + a.spread + b.spread,
                  most = std::min(reach.most(), reach.least() + motion) + a.radius + b.radius;
     if ((a.centre - b.centre).squaredNorm() > most * most) return;
@@ -176,7 +175,7 @@ void SelfContactFinder::test_vertex(const ContactSurface& surface, int vertex, i
                                     Found& found) const {
     const ContactReach& reach = test.reach;
     const Eigen::Vector3d p = surface.x(vertex);
-    const FaceBalls& ball = balls_[static_cast<std::size_t>(face)];
+    const FaceBalls& ball = balls_[face];
     const double most = reach.most() + ball.radius;
     if ((p - ball.centre).squaredNorm() > most * most) return;
     const ClosestPoints closest = closest_point(surface, face, p);

@@ -28,8 +28,8 @@ RecipeKind kind_of(const std::array<double, recipe_kinds>& mix, std::uint64_t se
     const double turn = (std::numbers::phi - 1) * index + counter_uniform(seed, 0, 0);
     double u = turn - std::floor(turn);
     int last = 0;
-    for (int k = 0; k < static_cast<int>(mix.size()); ++k) {
-        const double share = mix[static_cast<std::size_t>(k)];
+    for (int k = 0; k < std::ssize(mix); ++k) {
+        const double share = mix[k];
         if (share <= 0) continue;
         if (u < share) return static_cast<RecipeKind>(k);
         u -= share;
@@ -135,8 +135,7 @@ class Draw {
     /// Force = strain * modulus * cross-section of the patch's volume, so that a limb gets less than a trunk.
     /// It is reduced further where the patch is thin, because thin parts bend.
     PatchForce patch(double start, double duration) {
-        PatchForce force{
-            .node = random_.index(static_cast<int>(x_.rows())), .start = start, .duration = duration};
+        PatchForce force{.node = random_.index(x_.rows()), .start = start, .duration = duration};
         force.radius = draw(random_, ranges_.force.radius) * scales_.length;
         const Eigen::Vector3d centre = body_.tets.X.row(force.node);
         const double area = thickness_.volume(centre, force.radius) / (2 * force.radius);
@@ -152,8 +151,7 @@ class Draw {
     Eigen::Vector3d long_axis() {
         Eigen::Vector3d longest = Eigen::Vector3d::Zero();
         for (int i = 0; i < 8; ++i) {
-            const int a = random_.index(static_cast<int>(x_.rows())),
-                      b = random_.index(static_cast<int>(x_.rows()));
+            const int a = random_.index(x_.rows()), b = random_.index(x_.rows());
             const Eigen::Vector3d chord = x_.row(a) - x_.row(b);
             if (chord.norm() > longest.norm()) longest = chord;
         }
@@ -224,8 +222,7 @@ class Draw {
         double close = draw(random_, ranges.close) * std::min(ranges_.strength, 1.0);
         std::vector<int> tips;
         Eigen::VectorXd apart = x_.rowwise().norm();  // from the middle and from the tips
-        for (Eigen::Index tip = 0; static_cast<long>(tips.size()) < wanted;
-             tips.push_back(static_cast<int>(tip))) {
+        for (Eigen::Index tip = 0; static_cast<long>(tips.size()) < wanted; tips.push_back(tip)) {
             const double distance = apart.maxCoeff(&tip);
             if (distance < 3 * radius) break;
             // A limb that bends by an angle brings its tip nearer by about a sixth of the angle's square.

@@ -8,22 +8,21 @@ namespace nbd {
 
 BlockPattern::BlockPattern(int node_count, const Tets& tets)
     : BlockPattern([&] {
-          std::vector<std::vector<int>> rows(static_cast<std::size_t>(node_count));
+          std::vector<std::vector<int>> rows(node_count);
           for (Eigen::Index t = 0; t < tets.rows(); ++t)
               for (int a = 0; a < 4; ++a)
-                  for (int b = 0; b < 4; ++b)
-                      rows[static_cast<std::size_t>(tets(t, a))].push_back(tets(t, b));
+                  for (int b = 0; b < 4; ++b) rows[tets(t, a)].push_back(tets(t, b));
           return rows;
       }()) {}
 
 BlockPattern::BlockPattern(std::vector<std::vector<int>> rows) : offset_{0} {
     for (std::size_t i = 0; i < rows.size(); ++i) {
         std::vector<int>& row = rows[i];
-        row.push_back(static_cast<int>(i));
+        row.push_back(i);
         std::sort(row.begin(), row.end());
         row.erase(std::unique(row.begin(), row.end()), row.end());
         neighbour_.insert(neighbour_.end(), row.begin(), row.end());
-        offset_.push_back(static_cast<int>(neighbour_.size()));
+        offset_.push_back(neighbour_.size());
     }
 }
 

@@ -29,7 +29,7 @@ class BlockPattern {
     bool operator==(const BlockPattern&) const = default;
 
     int node_count() const noexcept { return static_cast<int>(offset_.size()) - 1; }
-    int block_count() const noexcept { return static_cast<int>(neighbour_.size()); }
+    int block_count() const noexcept { return neighbour_.size(); }
 
     /// Nodes j with a block (i, j), including i; ascending.
     std::span<const int> neighbours(int i) const noexcept {

@@ -15,8 +15,8 @@ namespace {
 // CHOLMOD view of a symmetric matrix; CHOLMOD reads only the lower triangle.
 cholmod_sparse lower_view(int n, const int* column, const int* row, const double* value) {
     cholmod_sparse view{};
-    view.nrow = view.ncol = static_cast<std::size_t>(n);
-    view.nzmax = static_cast<std::size_t>(column[n]);
+    view.nrow = view.ncol = n;
+    view.nzmax = column[n];
     view.p = const_cast<int*>(column);
     view.i = const_cast<int*>(row);
     view.x = const_cast<double*>(value);
@@ -29,7 +29,7 @@ cholmod_sparse lower_view(int n, const int* column, const int* row, const double
 }
 
 cholmod_sparse lower_view(const SparseMatrix& A) {
-    return lower_view(static_cast<int>(A.cols()), A.outerIndexPtr(), A.innerIndexPtr(), A.valuePtr());
+    return lower_view(A.cols(), A.outerIndexPtr(), A.innerIndexPtr(), A.valuePtr());
 }
 
 /// METIS uses the C library's global random generator. One ordering at a time gives the same bits.
@@ -79,7 +79,7 @@ struct Cholesky::State {
         for (int j = 0; j < nodes; ++j) {
             for (int s = A.outerIndexPtr()[3 * j]; s < A.outerIndexPtr()[3 * j + 1]; s += 3)
                 row.push_back(A.innerIndexPtr()[s] / 3);
-            column.push_back(static_cast<int>(row.size()));
+            column.push_back(row.size());
         }
         cholmod_sparse graph = lower_view(nodes, column.data(), row.data(), nullptr);
         common.nmethods = ordering == Ordering::quick ? 1 : 2;
@@ -107,7 +107,7 @@ Cholesky& Cholesky::operator=(Cholesky&&) noexcept = default;
 void Cholesky::analyze(const SparseMatrix& A, Ordering ordering) {
     State& s = *state_;
     s.factorized = false;
-    s.size = static_cast<int>(A.cols());
+    s.size = A.cols();
     s.entries = A.nonZeros();
     cholmod_free_factor(&s.factor, &s.common);
     std::vector<int> permutation = s.permutation(A, ordering);
@@ -152,7 +152,7 @@ void Cholesky::solve(const Eigen::Ref<const Eigen::VectorXd>& b, Eigen::Ref<Eige
         throw std::invalid_argument(
             fmt::format("solve: vectors of {} and {} entries; allowed: {}", b.size(), x.size(), s.size));
     cholmod_dense view{};
-    view.nrow = view.nzmax = view.d = static_cast<std::size_t>(s.size);
+    view.nrow = view.nzmax = view.d = s.size;
     view.ncol = 1;
     view.x = const_cast<double*>(b.data());
     view.xtype = CHOLMOD_REAL;

@@ -55,13 +55,13 @@ class SweepMatrix {
         std::size_t begin, end;
     };
     static Range range(const std::vector<int>& first, int row) noexcept {
-        const auto i = static_cast<std::size_t>(row);
+        const std::size_t i = row;
         return {static_cast<std::size_t>(first[i]), static_cast<std::size_t>(first[i + 1])};
     }
     std::size_t slot(int row, std::size_t k) const noexcept {
-        const auto first = static_cast<std::size_t>(order_->offset[static_cast<std::size_t>(row)]);
+        const std::size_t first = order_->offset[row];
         assert(order_->place[first + k] >= 0);  // not the diagonal
-        return static_cast<std::size_t>(order_->place[first + k]);
+        return order_->place[first + k];
     }
     Row part(Range range, const float* x) const noexcept {
         return blocks_.row_product(

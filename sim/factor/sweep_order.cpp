@@ -13,15 +13,14 @@ std::vector<int> colour_parts(std::span<const int> offset, std::span<const int> 
     for (int begin = 0; begin < rows; begin += rows_per_part) {
         const int part = begin / rows_per_part, end = std::min(rows, begin + rows_per_part);
         std::vector<char> taken;
-        for (int k = offset[static_cast<std::size_t>(begin)]; k < offset[static_cast<std::size_t>(end)];
-             ++k) {
-            const int other = column[static_cast<std::size_t>(k)] / rows_per_part;
+        for (int k = offset[begin]; k < offset[end]; ++k) {
+            const int other = column[k] / rows_per_part;
             if (other >= part) continue;
-            const auto c = static_cast<std::size_t>(colour[static_cast<std::size_t>(other)]);
+            const std::size_t c = colour[other];
             if (taken.size() <= c) taken.resize(c + 1, 0);
             taken[c] = 1;
         }
-        colour.push_back(static_cast<int>(std::ranges::find(taken, 0) - taken.begin()));
+        colour.push_back(std::ranges::find(taken, 0) - taken.begin());
     }
     return colour;
 }
@@ -33,35 +32,32 @@ SweepOrder::SweepOrder(std::span<const int> pattern_offset, std::span<const int>
     : offset(pattern_offset.begin(), pattern_offset.end()), place(pattern_column.size(), -1) {
     const std::vector<int> colour = colour_parts(pattern_offset, pattern_column, rows_per_part);
     const int row_count = static_cast<int>(offset.size()) - 1;
-    for (int p = 0; p < static_cast<int>(colour.size()); ++p) {
-        const auto c = static_cast<std::size_t>(colour[static_cast<std::size_t>(p)]);
+    for (int p = 0; p < std::ssize(colour); ++p) {
+        const std::size_t c = colour[p];
         if (colours.size() <= c) colours.resize(c + 1);
         colours[c].push_back({p * rows_per_part, std::min(row_count, (p + 1) * rows_per_part)});
     }
-    std::vector<int> turn(static_cast<std::size_t>(row_count));
+    std::vector<int> turn(row_count);
     for (int next = 0; const auto& parts : colours)
         for (const RowRange& rows : parts)
-            for (int i = rows.begin; i < rows.end; ++i) turn[static_cast<std::size_t>(i)] = next++;
+            for (int i = rows.begin; i < rows.end; ++i) turn[i] = next++;
     for (const bool is_earlier : {true, false}) {
         std::vector<int>& first = is_earlier ? earlier : later;
         std::vector<int> entries;  // of a row in the pattern
         for (int i = 0; i < row_count; ++i) {
-            first.push_back(static_cast<int>(column.size()));
-            const auto turn_of = [&](int entry) {
-                return turn[static_cast<std::size_t>(pattern_column[static_cast<std::size_t>(entry)])];
-            };
-            const int own = turn[static_cast<std::size_t>(i)];
+            first.push_back(column.size());
+            const auto turn_of = [&](int entry) { return turn[pattern_column[entry]]; };
+            const int own = turn[i];
             entries.clear();
-            for (int k = offset[static_cast<std::size_t>(i)]; k < offset[static_cast<std::size_t>(i) + 1];
-                 ++k)
+            for (int k = offset[i]; k < offset[static_cast<std::size_t>(i) + 1]; ++k)
                 if (is_earlier ? turn_of(k) < own : turn_of(k) > own) entries.push_back(k);
             std::ranges::sort(entries, {}, [&](int k) { return is_earlier ? turn_of(k) : -turn_of(k); });
             for (const int k : entries) {
-                place[static_cast<std::size_t>(k)] = static_cast<int>(column.size());
-                column.push_back(pattern_column[static_cast<std::size_t>(k)]);
+                place[k] = column.size();
+                column.push_back(pattern_column[k]);
             }
         }
-        first.push_back(static_cast<int>(column.size()));
+        first.push_back(column.size());
     }
 }
 

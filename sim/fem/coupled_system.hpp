@@ -33,8 +33,7 @@ struct CoupledSystem {
     int size() const noexcept { return first_unknown.back(); }
     int node_count() const noexcept { return size() / 3; }
     std::span<const CouplingTerm> terms_of(const Coupling& coupling) const noexcept {
-        return terms.subspan(static_cast<std::size_t>(coupling.begin),
-                             static_cast<std::size_t>(coupling.end - coupling.begin));
+        return terms.subspan(coupling.begin, coupling.end - coupling.begin);
     }
 
     /// out = (matrices + couplings) v. out must not overlap v.

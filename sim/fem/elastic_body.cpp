@@ -47,7 +47,7 @@ ElasticBody::ElasticBody(TetMesh rest, const Material& material, MassKind mass,
                          const std::vector<MaterialRegion>& regions)
     : rest_(checked(std::move(rest))),
       material_(material),
-      pattern_(static_cast<int>(rest_.X.rows()), rest_.T),
+      pattern_(rest_.X.rows(), rest_.T),
       order_(std::make_shared<const SweepOrder>(pattern_.offsets(), pattern_.columns(), nodes_per_part)) {
     const std::vector<double> density = set_materials(regions);
     measure_rest();
@@ -95,8 +95,7 @@ void ElasticBody::measure_rest() {
         for (int a = 0; a < 4; ++a) {
             const Eigen::Vector3d g =
                 a > 0 ? Eigen::Vector3d(gradient.col(a - 1)) : -gradient.rowwise().sum();
-            corner_weight_[static_cast<std::size_t>(4 * t + a)] =
-                static_cast<float>(volume_[t] * g.squaredNorm());
+            corner_weight_[4 * t + a] = static_cast<float>(volume_[t] * g.squaredNorm());
         }
     }
 }
@@ -132,7 +131,7 @@ void ElasticBody::list_incidences() {
     mirror_.resize(pattern_.block_count());
     for (int i = 0; i < node_count(); ++i) {
         const auto row = pattern_.neighbours(i);
-        for (int k = 0; k < static_cast<int>(row.size()); ++k)
+        for (int k = 0; k < std::ssize(row); ++k)
             mirror_[pattern_.first_block(i) + k] = pattern_.find(row[k], i) - pattern_.first_block(row[k]);
     }
 }
@@ -159,24 +158,24 @@ void ElasticBody::build_mass(MassKind kind, const std::vector<double>& density) 
     if (kind == MassKind::lumped) return;
     // The integral of two shape functions over a tetrahedron is a 20th of its volume, that of a square a
     // 10th.
-    block_mass_.assign(static_cast<std::size_t>(pattern_.block_count()), 0);
+    block_mass_.assign(pattern_.block_count(), 0);
     for (int t = 0; t < element_count(); ++t)
         for (int a = 0; a < 4; ++a)
             for (int b = 0; b < 4; ++b)
-                block_mass_[static_cast<std::size_t>(pattern_.find(rest_.T(t, a), rest_.T(t, b)))] +=
-                    density[static_cast<std::size_t>(t)] * volume_[t] / (a == b ? 10 : 20);
+                block_mass_[pattern_.find(rest_.T(t, a), rest_.T(t, b))] +=
+                    density[t] * volume_[t] / (a == b ? 10 : 20);
 }
 
 /// The mass of a block off the diagonal.
 double ElasticBody::block_mass(int block) const noexcept {
-    return block_mass_.empty() ? 0 : block_mass_[static_cast<std::size_t>(block)];
+    return block_mass_.empty() ? 0 : block_mass_[block];
 }
 
 SparseMatrix ElasticBody::mass_matrix() const {
     SparseMatrix M = pattern_.zero_matrix();
     for (int i = 0; i < node_count(); ++i)
-        for (int k = 0; k < static_cast<int>(pattern_.neighbours(i).size()); ++k) {
-            const bool own = pattern_.neighbours(i)[static_cast<std::size_t>(k)] == i;
+        for (int k = 0; k < std::ssize(pattern_.neighbours(i)); ++k) {
+            const bool own = pattern_.neighbours(i)[k] == i;
             const double mass =
                 own && block_mass_.empty() ? node_mass_[i] : block_mass(pattern_.first_block(i) + k);
             pattern_.block(M, i, k).diagonal().setConstant(mass);
@@ -211,8 +210,7 @@ void ElasticBody::sum_forces(const ElementForces& forces, Eigen::Ref<Nodes> out)
     parallel_for(node_count(), [&](int i) {
         Eigen::Vector3d sum = Eigen::Vector3d::Zero();
         for (int s = corner_offset_[i]; s < corner_offset_[i + 1]; ++s)
-            sum += forces[static_cast<std::size_t>(corner_[s] / 4)] *
-                   weights[static_cast<std::size_t>(corner_[s] % 4)];
+            sum += forces[static_cast<std::size_t>(corner_[s] / 4)] * weights[corner_[s] % 4];
         out.row(i) = sum.transpose();
     });
 }
@@ -225,7 +223,7 @@ void ElasticBody::fill(double mass_scale, StepMatrix& A, const Block& block_of) 
         node_count(),
         [&](int i) {
             const auto row = pattern_.neighbours(i);
-            for (int k = 0; k < static_cast<int>(row.size()); ++k) {
+            for (int k = 0; k < std::ssize(row); ++k) {
                 const int j = row[k], block = pattern_.first_block(i) + k;
                 if (j <= i) continue;
                 const std::span<const CornerPair> pairs(pair_.data() + pair_offset_[block],
@@ -274,9 +272,9 @@ void ElasticBody::combine(double mass_scale, double stiffness_scale, const Eleme
                 const TetBlocks& blocks = pose.blocks[static_cast<std::size_t>(pair.at / 16)];
                 const int a = pair.at / 4 % 4, b = pair.at % 4;
                 if (a < b)
-                    sum += blocks[static_cast<std::size_t>(pair_of_corners(a, b))];
+                    sum += blocks[pair_of_corners(a, b)];
                 else
-                    sum += blocks[static_cast<std::size_t>(pair_of_corners(b, a))].transpose();
+                    sum += blocks[pair_of_corners(b, a)].transpose();
             }
             sum *= scale;
             sum.diagonal().array() += mass;
@@ -333,7 +331,7 @@ void ElasticBody::mass_product(NodesRef u, Eigen::Ref<Nodes> out) const {
     parallel_for(node_count(), [&](int i) {
         const auto row = pattern_.neighbours(i);
         Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-        for (int k = 0; k < static_cast<int>(row.size()); ++k)
+        for (int k = 0; k < std::ssize(row); ++k)
             sum += block_mass_[pattern_.first_block(i) + k] * u.row(row[k]).transpose();
         out.row(i) = sum.transpose();
     });
@@ -341,16 +339,15 @@ void ElasticBody::mass_product(NodesRef u, Eigen::Ref<Nodes> out) const {
 
 void ElasticBody::node_rotations(const ElementPose& pose, std::vector<Eigen::Matrix3f>& rotations) const {
     // The lanes of one tetrahedron lie far apart; each is read by four nodes.
-    std::vector<Eigen::Matrix3f> of_tets(static_cast<std::size_t>(element_count()));
-    parallel_for(element_count(), [&](int tet) {
-        of_tets[static_cast<std::size_t>(tet)] = pose.R[tet / lanes].lane(tet % lanes).cast<float>();
-    });
-    rotations.resize(static_cast<std::size_t>(node_count()));
+    std::vector<Eigen::Matrix3f> of_tets(element_count());
+    parallel_for(element_count(),
+                 [&](int tet) { of_tets[tet] = pose.R[tet / lanes].lane(tet % lanes).cast<float>(); });
+    rotations.resize(node_count());
     parallel_for(node_count(), [&](int i) {
         Eigen::Matrix3f sum = Eigen::Matrix3f::Zero();
         for (int s = corner_offset_[i]; s < corner_offset_[i + 1]; ++s)
             sum += corner_weight_[corner_[s]] * of_tets[static_cast<std::size_t>(corner_[s] / 4)];
-        rotations[static_cast<std::size_t>(i)] = sum;
+        rotations[i] = sum;
     });
 }
 

@@ -104,8 +104,8 @@ class ElasticBody {
     explicit ElasticBody(const Body& body, MassKind mass = MassKind::lumped)
         : ElasticBody(body.tets, body.material, mass, body.regions) {}
 
-    int node_count() const noexcept { return static_cast<int>(rest_.X.rows()); }
-    int element_count() const noexcept { return static_cast<int>(rest_.T.rows()); }
+    int node_count() const noexcept { return rest_.X.rows(); }
+    int element_count() const noexcept { return rest_.T.rows(); }
     int unknown_count() const noexcept { return 3 * node_count(); }
     const TetMesh& rest() const noexcept { return rest_; }
     /// Shared by this body and its copies, and by no other. A cache that holds it weakly cannot take a new
@@ -126,7 +126,7 @@ class ElasticBody {
 
     // Tetrahedra are processed in batches of `lanes`. In results of a batch, lanes after its last tetrahedron
     // repeat that.
-    int batch_count() const noexcept { return static_cast<int>(gradient_.size()); }
+    int batch_count() const noexcept { return gradient_.size(); }
     int first_tet(int batch) const noexcept { return batch * lanes; }
     int tets_of(int batch) const noexcept { return std::min(lanes, element_count() - batch * lanes); }
     LaneModuli lane_moduli(int batch) const;
@@ -202,7 +202,7 @@ class ElasticBody {
     void product(const ElementPose& pose, NodesRef u, double of_stiffness, double of_damping,
                  ElementForces& scratch, Eigen::Ref<Nodes> out) const;
     std::size_t moduli_index(int tet) const noexcept {
-        return moduli_of_tet_.empty() ? 0 : moduli_of_tet_[static_cast<std::size_t>(tet)];
+        return moduli_of_tet_.empty() ? 0 : moduli_of_tet_[tet];
     }
     template <class Block>
     void fill(double mass_scale, StepMatrix& A, const Block& block) const;

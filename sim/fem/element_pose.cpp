@@ -57,22 +57,22 @@ void ElasticBody::gradients(NodesRef x, int batch, LaneMatrix3& F) const {
     LaneMatrix3 D;
     for (int l = 0; l < lanes; ++l)
         D.set_lane(l, edges(x, rest_.T, first_tet(batch) + std::min(l, tets_of(batch) - 1)));
-    const LaneMatrix3& g = gradient_[static_cast<std::size_t>(batch)];
+    const LaneMatrix3& g = gradient_[batch];
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) F(i, j) = D(i, 0) * g(j, 0) + D(i, 1) * g(j, 1) + D(i, 2) * g(j, 2);
 }
 
 ElementReport ElasticBody::measure(NodesRef x) const {
     constexpr int batches_per_task = 64;
-    const int batches = static_cast<int>(gradient_.size());
+    const int batches = gradient_.size();
     std::vector<ElementReport> parts(
         static_cast<std::size_t>((batches + batches_per_task - 1) / batches_per_task));
     parallel_for(
-        static_cast<int>(parts.size()),
+        parts.size(),
         [&](int task) {
             const int end = std::min(batches, (task + 1) * batches_per_task);
             for (int batch = task * batches_per_task; batch < end; ++batch)
-                measure_batch(x, batch, parts[static_cast<std::size_t>(task)]);
+                measure_batch(x, batch, parts[task]);
         },
         1);
     ElementReport report;
@@ -113,7 +113,7 @@ bool ElasticBody::is_corotated() const noexcept {
 
 void ElasticBody::pose(NodesRef x, ElementPose& pose, ElementForces& forces, Tangent tangent,
                        const StepMotion* motion) const {
-    const auto tets = static_cast<std::size_t>(element_count());
+    const std::size_t tets = element_count();
     const bool corotated = is_corotated() && tangent == Tangent::rotated,
                is_damped = motion && motion->damping > 0;
     pose.R.resize(gradient_.size());
@@ -125,7 +125,7 @@ void ElasticBody::pose(NodesRef x, ElementPose& pose, ElementForces& forces, Tan
     pose.rates.resize(corotated && is_damped ? tets : 0);
     forces.resize(tets);
     parallel_for(
-        static_cast<int>(gradient_.size()),
+        gradient_.size(),
         [&](int batch) {
             if (corotated)
                 corotated_batch(x, batch, motion, pose, forces);
@@ -144,7 +144,7 @@ Lanes ElasticBody::volumes(int batch) const {
 /// K by the velocity gradients H of a batch.
 LaneMatrix3 ElasticBody::elastic_response(int batch, const ElementPose& pose, const LaneMatrix3& H) const {
     if (pose.tangents.empty()) return elastic_form(batch, pose).multiply(H);
-    return pose.tangents[static_cast<std::size_t>(batch)].multiply(H);
+    return pose.tangents[batch].multiply(H);
 }
 
 /// Makes P, of the forces, that of the impulses of a step, and sets the deformation gradients by which its
@@ -158,7 +158,7 @@ void ElasticBody::add_motion(int batch, const LaneMatrix3& F, const StepMotion& 
         P.entries[k] = motion.dt * (P.entries[k] + motion.dt * change.entries[k]);
     if (pose.F.empty()) return;
     const double back = (1 - motion.strain_rate_at) * motion.dt;
-    LaneMatrix3& of_rates = pose.F[static_cast<std::size_t>(batch)];
+    LaneMatrix3& of_rates = pose.F[batch];
     for (std::size_t k = 0; k < 9; ++k) of_rates.entries[k] = F.entries[k] - back * H.entries[k];
 }
 
@@ -168,7 +168,7 @@ void ElasticBody::corotated_batch(NodesRef x, int batch, const StepMotion* motio
     const Lanes volume = volumes(batch);
     LaneMatrix3 F, P;
     gradients(x, batch, F);
-    LaneMatrix3& R = pose.R[static_cast<std::size_t>(batch)];
+    LaneMatrix3& R = pose.R[batch];
     rotations_of(F, R);
     Lanes trace = Lanes::Constant(-3);
     for (std::size_t k = 0; k < 9; ++k) trace += R.entries[k] * F.entries[k];
@@ -185,14 +185,14 @@ void ElasticBody::add_damping(int batch, const ElementPose& pose, LaneBlocks& bl
     StrainForm form = damping_form(batch, pose);
     form.lambda *= pose.damping;
     form.mu *= pose.damping;
-    form.add_blocks(gradient_[static_cast<std::size_t>(batch)], blocks);
+    form.add_blocks(gradient_[batch], blocks);
 }
 
 /// The columns F grad N_a of a batch, times the root of `weight`. columns_of(tet): where to.
 template <class ColumnsOf>
 void ElasticBody::store_columns(int batch, const LaneMatrix3& F, const Lanes& weight,
                                 const ColumnsOf& columns_of) const {
-    const LaneMatrix3& g = gradient_[static_cast<std::size_t>(batch)];
+    const LaneMatrix3& g = gradient_[batch];
     const Lanes root = weight.sqrt();
     for (int i = 0; i < 3; ++i) {
         Lanes S[4];
@@ -202,16 +202,15 @@ void ElasticBody::store_columns(int batch, const LaneMatrix3& F, const Lanes& we
             S[0] -= S[a + 1];
         }
         for (int l = 0; l < tets_of(batch); ++l) {
-            Eigen::Matrix4f& columns = columns_of(static_cast<std::size_t>(first_tet(batch) + l));
+            Eigen::Matrix4f& columns = columns_of(first_tet(batch) + l);
             for (int a = 0; a < 4; ++a) columns(i, a) = static_cast<float>(S[a][l]);
         }
     }
-    for (int l = 0; l < tets_of(batch); ++l)
-        columns_of(static_cast<std::size_t>(first_tet(batch) + l)).row(3).setZero();
+    for (int l = 0; l < tets_of(batch); ++l) columns_of(first_tet(batch) + l).row(3).setZero();
 }
 
 void ElasticBody::store_rates(int batch, ElementPose& pose) const {
-    const LaneMatrix3& F = pose.F[static_cast<std::size_t>(batch)];
+    const LaneMatrix3& F = pose.F[batch];
     store_columns(batch, F, pose.damping * volumes(batch),
                   [&](std::size_t tet) -> Eigen::Matrix4f& { return pose.rates[tet].T; });
     const auto entry = [&](int i, int j) -> Lanes {  // of F F^T
@@ -220,7 +219,7 @@ void ElasticBody::store_rates(int batch, ElementPose& pose) const {
     const Lanes xx = entry(0, 0), yy = entry(1, 1), zz = entry(2, 2), xy = entry(0, 1), xz = entry(0, 2),
                 yz = entry(1, 2);
     for (int l = 0; l < tets_of(batch); ++l) {
-        RateColumns& of_tet = pose.rates[static_cast<std::size_t>(first_tet(batch) + l)];
+        RateColumns& of_tet = pose.rates[first_tet(batch) + l];
         of_tet.diagonal = Eigen::Vector4d(xx[l], yy[l], zz[l], 0).cast<float>();
         of_tet.off = Eigen::Vector4d(xy[l], xz[l], yz[l], 0).cast<float>();
     }
@@ -228,33 +227,32 @@ void ElasticBody::store_rates(int batch, ElementPose& pose) const {
 
 /// The forces on nodes 1 to 3 of a batch whose stress [Pa] times volume is -P.
 void ElasticBody::store_forces(int batch, const LaneMatrix3& P, ElementForces& forces) const {
-    const LaneMatrix3& g = gradient_[static_cast<std::size_t>(batch)];
+    const LaneMatrix3& g = gradient_[batch];
     for (int i = 0; i < 3; ++i)
         for (int a = 0; a < 3; ++a) {
             const Lanes f = P(i, 0) * g(0, a) + P(i, 1) * g(1, a) + P(i, 2) * g(2, a);
-            for (int l = 0; l < tets_of(batch); ++l)
-                forces[static_cast<std::size_t>(first_tet(batch) + l)](i, a) = f[l];
+            for (int l = 0; l < tets_of(batch); ++l) forces[first_tet(batch) + l](i, a) = f[l];
         }
 }
 
 /// The corotated energy, of a body of one material.
 StrainForm ElasticBody::elastic_form(int batch, const ElementPose& pose) const {
     const Lanes volume = volumes(batch);
-    return {pose.R[static_cast<std::size_t>(batch)], moduli_[0].lambda * volume, moduli_[0].mu * volume};
+    return {pose.R[batch], moduli_[0].lambda * volume, moduli_[0].mu * volume};
 }
 
 StrainForm ElasticBody::damping_form(int batch, const ElementPose& pose) const {
     const LaneModuli moduli = lane_moduli(batch);
     const Lanes volume = volumes(batch);
-    return {pose.F[static_cast<std::size_t>(batch)], moduli.lambda * volume, moduli.mu * volume};
+    return {pose.F[batch], moduli.lambda * volume, moduli.mu * volume};
 }
 
 /// out = (of_stiffness K + of_damping D) u.
 void ElasticBody::product(const ElementPose& pose, NodesRef u, double of_stiffness, double of_damping,
                           ElementForces& scratch, Eigen::Ref<Nodes> out) const {
-    scratch.resize(static_cast<std::size_t>(element_count()));
+    scratch.resize(element_count());
     parallel_for(
-        static_cast<int>(gradient_.size()),
+        gradient_.size(),
         [&](int batch) {
             LaneMatrix3 H, P;
             gradients(u, batch, H);

@@ -82,7 +82,7 @@ EigenPairs lowest_pairs(const Pencil& pencil, int count, const ModeOptions& opti
         tell_progress("solves", pairs.solves, 0);
         stop_if_asked();
         dsaupd_c(&task, "G", n, "LM", count, options.tolerance, residual.data(), basis, pairs.vectors.data(),
-                 n, iparam, ipntr, work_d.data(), work_l.data(), static_cast<int>(work_l.size()), &info);
+                 n, iparam, ipntr, work_d.data(), work_l.data(), work_l.size(), &info);
         auto x = work_d.segment(ipntr[0] - 1, n);
         auto y = work_d.segment(ipntr[1] - 1, n);
         if (task == 2) {
@@ -106,7 +106,7 @@ EigenPairs lowest_pairs(const Pencil& pencil, int count, const ModeOptions& opti
     Eigen::VectorXd values(count);
     dseupd_c(1, "A", select.data(), values.data(), pairs.vectors.data(), n, sigma, "G", n, "LM", count,
              options.tolerance, residual.data(), basis, pairs.vectors.data(), n, iparam, ipntr, work_d.data(),
-             work_l.data(), static_cast<int>(work_l.size()), &info);
+             work_l.data(), work_l.size(), &info);
     if (info != 0) throw std::runtime_error(fmt::format("modes: ARPACK's dseupd failed with info {}", info));
 
     std::vector<int> order(count);

@@ -22,7 +22,7 @@ LaneModuli ElasticBody::lane_moduli(int batch) const {
     LaneModuli result;
     for (int l = 0; l < lanes; ++l) {
         const auto& [law, mu, lambda] = moduli(first_tet(batch) + std::min(l, tets_of(batch) - 1));
-        result.law[static_cast<std::size_t>(l)] = law;
+        result.law[l] = law;
         result.mu[l] = mu;
         result.lambda[l] = lambda;
     }
@@ -50,7 +50,7 @@ void ElasticBody::principal_batch(NodesRef x, int batch, const StepMotion* motio
     const LaneModuli moduli = lane_moduli(batch);
     LaneMatrix3 F, P;
     gradients(x, batch, F);
-    LaneMatrix3& R = pose.R[static_cast<std::size_t>(batch)];
+    LaneMatrix3& R = pose.R[batch];
     rotations_of(F, R);
     const PrincipalStretches stretches = principal_stretches(F, R);
     PrincipalResponse response = respond(moduli, stretches.sigma);
@@ -59,16 +59,16 @@ void ElasticBody::principal_batch(NodesRef x, int batch, const StepMotion* motio
     response.project();
     if (tangent == Tangent::rotated)
         for (int l = 0; l < lanes; ++l)
-            if (moduli.law[static_cast<std::size_t>(l)] == MaterialLaw::corotated)
+            if (moduli.law[l] == MaterialLaw::corotated)
                 for (Lanes& twist : response.twist) twist[l] = 0;
-    ElementTangent& kept = pose.tangents[static_cast<std::size_t>(batch)];
+    ElementTangent& kept = pose.tangents[batch];
     kept = ElementTangent(stretches, response, volume);
     if (motion) add_motion(batch, F, *motion, pose, P);
     store_forces(batch, P, forces);
     LaneBlocks blocks;
-    stiffness_blocks(kept, gradient_[static_cast<std::size_t>(batch)], blocks);
+    stiffness_blocks(kept, gradient_[batch], blocks);
     if (pose.damping != 0) add_damping(batch, pose, blocks);
-    store_blocks(blocks, tets_of(batch), &pose.blocks[static_cast<std::size_t>(first_tet(batch))]);
+    store_blocks(blocks, tets_of(batch), &pose.blocks[first_tet(batch)]);
 }
 
 }  // namespace nbd

@@ -18,7 +18,7 @@ class StepMatrix {
     StepMatrix(const BlockPattern& pattern, std::shared_ptr<const SweepOrder> order)
         : pattern_(&pattern),
           blocks_(std::move(order)),
-          diagonal_(static_cast<std::size_t>(pattern.node_count()), Eigen::Matrix3d::Zero()) {}
+          diagonal_(pattern.node_count(), Eigen::Matrix3d::Zero()) {}
 
     /// Blocks off the diagonal, and those on it, [N].
     const SweepMatrix<FloatBlocks<3, 3>>& blocks() const noexcept { return blocks_; }
@@ -29,9 +29,7 @@ class StepMatrix {
     Eigen::Matrix3d block(int i, int k) const noexcept;
 
     /// Sets a block off the diagonal; its transpose must be set too.
-    void set(int i, int k, const Eigen::Matrix3f& block) noexcept {
-        blocks_.set(i, static_cast<std::size_t>(k), block);
-    }
+    void set(int i, int k, const Eigen::Matrix3f& block) noexcept { blocks_.set(i, k, block); }
 
     /// Sets the diagonal blocks such that the blocks of row i sum up to sums[i] times the identity, as far as
     /// a symmetric block can. sums: [N].

@@ -70,8 +70,7 @@ void StepSystem::assemble(const BodyState& start, const TimeStep& step, const Lo
 double StepSystem::softness(int node, double contacts) const noexcept {
     constexpr double enough = 100;  // what tolerances of 1e-4 leave falls by 100 from step to step
     const double mass = body_.node_masses()[node];
-    return std::min(1.0,
-                    enough * mass / (A_.diagonal()[static_cast<std::size_t>(node)].trace() / 3 + contacts));
+    return std::min(1.0, enough * mass / (A_.diagonal()[node].trace() / 3 + contacts));
 }
 
 void StepSystem::multiply(const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::Ref<Eigen::VectorXd> out) const {
@@ -80,9 +79,8 @@ void StepSystem::multiply(const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::Ref
     Eigen::Map<Nodes> result(out.data(), nodes, 3);
     bool is_known = is_image_known_;
     for (Eigen::Index i = 0; i < nodes; ++i) {
-        const Eigen::RowVector3d row = prescribed_[static_cast<std::size_t>(i)]
-                                           ? Eigen::RowVector3d::Zero()
-                                           : Eigen::RowVector3d(given.row(i));
+        const Eigen::RowVector3d row =
+            prescribed_[i] ? Eigen::RowVector3d::Zero() : Eigen::RowVector3d(given.row(i));
         is_known = is_known && free_.row(i) == row;
         free_.row(i) = row;
     }
@@ -91,11 +89,11 @@ void StepSystem::multiply(const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::Ref
     body_.mass_product(free_, result);
     result = mass_scale_ * result + elastic_scale_ * image_;
     for (Eigen::Index i = 0; i < nodes; ++i)
-        if (prescribed_[static_cast<std::size_t>(i)]) result.row(i) = given.row(i);
+        if (prescribed_[i]) result.row(i) = given.row(i);
 }
 
 void StepSystem::prescribe(const PrescribedNodes& prescribed) {
-    const int count = static_cast<int>(prescribed.nodes.size());
+    const int count = prescribed.nodes.size();
     if (prescribed.v.rows() != count)
         throw std::invalid_argument(
             fmt::format("step: {} prescribed nodes, but {} velocities", count, prescribed.v.rows()));
@@ -107,7 +105,7 @@ void StepSystem::prescribe(const PrescribedNodes& prescribed) {
         if (node < 0 || node >= body_.node_count())
             throw std::invalid_argument(
                 fmt::format("step: prescribed node {}, but the body has {} nodes", node, body_.node_count()));
-        if (std::exchange(named[static_cast<std::size_t>(node)], 1))
+        if (std::exchange(named[node], 1))
             throw std::invalid_argument(fmt::format("step: node {} is prescribed twice", node));
         if (!prescribed.v.row(k).allFinite())
             throw std::invalid_argument(

@@ -15,8 +15,7 @@ Eigen::VectorXd von_mises_stress(const ElasticBody& body, NodesRef x) {
         for (std::size_t i = 0; i < 3; ++i) {
             const Lanes cauchy = principal[i] / (sigma[(i + 1) % 3] * sigma[(i + 2) % 3]);
             for (int l = 0; l < lanes; ++l)
-                if (moduli.law[static_cast<std::size_t>(l)] != MaterialLaw::corotated)
-                    principal[i][l] = cauchy[l];
+                if (moduli.law[l] != MaterialLaw::corotated) principal[i][l] = cauchy[l];
         }
         const Lanes squared = (principal[0] - principal[1]).square() +
                               (principal[1] - principal[2]).square() + (principal[2] - principal[0]).square();

@@ -24,19 +24,17 @@ using Corners = std::array<PrincipalLanes, 4>;
 Corners corners(const LaneMatrix3& columns) noexcept {
     Corners result;
     for (int i = 0; i < 3; ++i) {
-        const auto axis = static_cast<std::size_t>(i);
+        const std::size_t axis = i;
         result[0][axis].setZero();
         for (int a = 0; a < 3; ++a) {
-            result[static_cast<std::size_t>(a + 1)][axis] = columns(i, a);
+            result[a + 1][axis] = columns(i, a);
             result[0][axis] -= columns(i, a);
         }
     }
     return result;
 }
 
-std::size_t pair_index(std::size_t a, std::size_t b) noexcept {
-    return static_cast<std::size_t>(pair_of_corners(static_cast<int>(a), static_cast<int>(b)));
-}
+std::size_t pair_index(std::size_t a, std::size_t b) noexcept { return pair_of_corners(a, b); }
 
 }  // namespace
 
@@ -56,8 +54,7 @@ LaneMatrix3 ElementTangent::multiply(const LaneMatrix3& H) const noexcept {
     LaneMatrix3 P;
     for (int i = 0; i < 3; ++i) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
-        const auto at = static_cast<std::size_t>(i), next = static_cast<std::size_t>(j),
-                   last = static_cast<std::size_t>(k);
+        const std::size_t at = i, next = j, last = k;
         P(i, i) = A.diagonal[at] * local(i, i) + A.off[last] * local(j, j) + A.off[next] * local(k, k);
         P(j, k) = same[at] * local(j, k) + crossed[at] * local(k, j);
         P(k, j) = same[at] * local(k, j) + crossed[at] * local(j, k);
@@ -77,8 +74,7 @@ void stiffness_blocks(const ElementTangent& tangent, const LaneMatrix3& gradient
             LaneMatrix3 M;
             for (int i = 0; i < 3; ++i) {
                 const int j = (i + 1) % 3, k = (i + 2) % 3;
-                const auto x = static_cast<std::size_t>(i), y = static_cast<std::size_t>(j),
-                           z = static_cast<std::size_t>(k);
+                const std::size_t x = i, y = j, z = k;
                 M(i, i) = A.diagonal[x] * p[x] * r[x] + same[z] * p[y] * r[y] + same[y] * p[z] * r[z];
                 M(j, k) = A.off[x] * p[y] * r[z] + crossed[x] * p[z] * r[y];
                 M(k, j) = A.off[x] * p[z] * r[y] + crossed[x] * p[y] * r[z];
@@ -116,10 +112,10 @@ void StrainForm::add_blocks(const LaneMatrix3& gradient, LaneBlocks& blocks) con
             const Lanes along = g[a][0] * g[b][0] + g[a][1] * g[b][1] + g[a][2] * g[b][2];
             LaneMatrix3& block = blocks[pair_index(a, b)];
             for (int i = 0; i < 3; ++i) {
-                const auto x = static_cast<std::size_t>(i);
+                const std::size_t x = i;
                 const Lanes of_a = lambda * t[a][x], of_b = mu * t[b][x];
                 for (int j = 0; j < 3; ++j) {
-                    const auto y = static_cast<std::size_t>(j);
+                    const std::size_t y = j;
                     block(i, j) += of_a * t[b][y] + of_b * t[a][y] + along * square(i, j);
                 }
             }

@@ -119,7 +119,7 @@ PrincipalResponse respond(const LaneModuli& moduli, const PrincipalLanes& sigma)
     for (const MaterialLaw law :
          {MaterialLaw::corotated, MaterialLaw::stable_neo_hookean, MaterialLaw::st_venant_kirchhoff}) {
         Mask mask;
-        for (std::size_t l = 0; l < lanes; ++l) mask[static_cast<Eigen::Index>(l)] = moduli.law[l] == law;
+        for (std::size_t l = 0; l < lanes; ++l) mask[l] = moduli.law[l] == law;
         if (law != first && mask.any()) take(mask, respond(law, moduli, sigma), result);
     }
     return result;

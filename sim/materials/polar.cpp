@@ -40,12 +40,12 @@ Lanes squared_norm(const LaneMatrix3& A) noexcept {
 
 Eigen::Matrix3d LaneMatrix3::lane(int l) const noexcept {
     Eigen::Matrix3d A;
-    for (int k = 0; k < 9; ++k) A(k % 3, k / 3) = entries[static_cast<std::size_t>(k)][l];
+    for (int k = 0; k < 9; ++k) A(k % 3, k / 3) = entries[k][l];
     return A;
 }
 
 void LaneMatrix3::set_lane(int l, const Eigen::Matrix3d& A) noexcept {
-    for (int k = 0; k < 9; ++k) entries[static_cast<std::size_t>(k)][l] = A(k % 3, k / 3);
+    for (int k = 0; k < 9; ++k) entries[k][l] = A(k % 3, k / 3);
 }
 
 // Newton's iteration R <- (s R + (s R)^-T) / 2. The scaling s [Higham86] first brings the singular values
@@ -57,9 +57,7 @@ void rotations_of(const LaneMatrix3& F, LaneMatrix3& R) noexcept {
     LaneMatrix3 C = cofactors(F, det);
     const Lanes size = squared_norm(F);
     const Mask regular = det > 1e-3 * size * size.sqrt();  // also false for NaN
-    for (int k = 0; k < 9; ++k)
-        R.entries[static_cast<std::size_t>(k)] =
-            regular.select(F.entries[static_cast<std::size_t>(k)], Lanes::Constant(k % 4 == 0));
+    for (int k = 0; k < 9; ++k) R.entries[k] = regular.select(F.entries[k], Lanes::Constant(k % 4 == 0));
     Mask done = Mask::Constant(false);
     for (int k = 0; k < max_iterations && !done.all(); ++k) {
         C = cofactors(R, det);

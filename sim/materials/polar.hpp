@@ -12,10 +12,8 @@ using Lanes = Eigen::Array<double, lanes, 1>;
 /// `lanes` 3x3 matrices. The entries (i, j) of all of them are stored together.
 struct LaneMatrix3 {
     std::array<Lanes, 9> entries;
-    Lanes& operator()(int i, int j) noexcept { return entries[static_cast<std::size_t>(3 * j + i)]; }
-    const Lanes& operator()(int i, int j) const noexcept {
-        return entries[static_cast<std::size_t>(3 * j + i)];
-    }
+    Lanes& operator()(int i, int j) noexcept { return entries[3 * j + i]; }
+    const Lanes& operator()(int i, int j) const noexcept { return entries[3 * j + i]; }
     Eigen::Matrix3d lane(int l) const noexcept;
     void set_lane(int l, const Eigen::Matrix3d& A) noexcept;
 };

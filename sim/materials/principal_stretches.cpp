@@ -5,15 +5,14 @@ namespace {
 
 LaneMatrix3 identity() noexcept {
     LaneMatrix3 I;
-    for (int k = 0; k < 9; ++k) I.entries[static_cast<std::size_t>(k)] = Lanes::Constant(k % 4 == 0);
+    for (int k = 0; k < 9; ++k) I.entries[k] = Lanes::Constant(k % 4 == 0);
     return I;
 }
 
 /// One rotation of Jacobi's method: makes entry (p, q) of A zero and turns the columns p and q of V.
 void rotate(SymmetricLanes& A, LaneMatrix3& V, int axis) noexcept {
     const int p = (axis + 1) % 3, q = (axis + 2) % 3;
-    const auto i = static_cast<std::size_t>(axis), j = static_cast<std::size_t>(p),
-               k = static_cast<std::size_t>(q);
+    const std::size_t i = axis, j = p, k = q;
     const Lanes off = A.off[i], difference = A.diagonal[k] - A.diagonal[j];
     const Lanes size = difference.abs() + (difference.square() + 4 * off.square()).sqrt();
     // The tangent of the smaller of the two angles that do it.
@@ -58,8 +57,8 @@ PrincipalStretches principal_stretches(const LaneMatrix3& F, const LaneMatrix3& 
     SymmetricLanes S;
     for (int i = 0; i < 3; ++i) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
-        S.diagonal[static_cast<std::size_t>(i)] = entry(i, i);
-        S.off[static_cast<std::size_t>(i)] = 0.5 * (entry(j, k) + entry(k, j));
+        S.diagonal[i] = entry(i, i);
+        S.off[i] = 0.5 * (entry(j, k) + entry(k, j));
     }
     PrincipalStretches result;
     result.V = diagonalise(S);
@@ -82,8 +81,8 @@ void clamp_eigenvalues(SymmetricLanes& A) noexcept {
         return value[0] * V(i, 0) * V(j, 0) + value[1] * V(i, 1) * V(j, 1) + value[2] * V(i, 2) * V(j, 2);
     };
     for (int i = 0; i < 3; ++i) {
-        A.diagonal[static_cast<std::size_t>(i)] = entry(i, i);
-        A.off[static_cast<std::size_t>(i)] = entry((i + 1) % 3, (i + 2) % 3);
+        A.diagonal[i] = entry(i, i);
+        A.off[i] = entry((i + 1) % 3, (i + 2) % 3);
     }
 }
 

@@ -21,20 +21,19 @@ Aggregates aggregate(const std::vector<std::vector<int>>& strong);
 /// both diagonal blocks, in the Frobenius norm.
 template <int B>
 std::vector<std::vector<int>> strong_neighbours(const BlockSparse<B, B>& A, double share) {
-    std::vector<double> diagonal(static_cast<std::size_t>(A.rows()), 0);
+    std::vector<double> diagonal(A.rows(), 0);
     for (int i = 0; i < A.rows(); ++i) {
         const auto row = A.columns_of(i);
         for (std::size_t k = 0; k < row.size(); ++k)
-            if (row[k] == i) diagonal[static_cast<std::size_t>(i)] = A.block(i, k).norm();
+            if (row[k] == i) diagonal[i] = A.block(i, k).norm();
     }
     std::vector<std::vector<int>> strong(diagonal.size());
     for (int i = 0; i < A.rows(); ++i) {
         const auto row = A.columns_of(i);
         for (std::size_t k = 0; k < row.size(); ++k) {
             const double squared = A.block(i, k).squaredNorm();
-            if (squared > 0 && squared >= share * share * diagonal[static_cast<std::size_t>(i)] *
-                                              diagonal[static_cast<std::size_t>(row[k])])
-                strong[static_cast<std::size_t>(i)].push_back(row[k]);
+            if (squared > 0 && squared >= share * share * diagonal[i] * diagonal[row[k]])
+                strong[i].push_back(row[k]);
         }
     }
     return strong;

@@ -22,13 +22,12 @@ struct BlockSparse {
 
     int rows() const noexcept { return static_cast<int>(offset.size()) - 1; }
     std::span<const int> columns_of(int row) const noexcept {
-        return {column.data() + offset[static_cast<std::size_t>(row)],
-                column.data() + offset[static_cast<std::size_t>(row) + 1]};
+        return {column.data() + offset[row], column.data() + offset[static_cast<std::size_t>(row) + 1]};
     }
     const Block& block(int row, std::size_t k) const noexcept {
-        return blocks[static_cast<std::size_t>(offset[static_cast<std::size_t>(row)]) + k];
+        return blocks[static_cast<std::size_t>(offset[row]) + k];
     }
-    void end_row() { offset.push_back(static_cast<int>(column.size())); }
+    void end_row() { offset.push_back(column.size()); }
 };
 
 template <int R, int C>
@@ -44,7 +43,7 @@ BlockSparse<C, R> transpose(const BlockSparse<R, C>& A) {
     for (int r = 0; r < A.rows(); ++r) {
         const auto row = A.columns_of(r);
         for (std::size_t k = 0; k < row.size(); ++k) {
-            const auto at = static_cast<std::size_t>(next[static_cast<std::size_t>(row[k])]++);
+            const std::size_t at = next[row[k]]++;
             T.column[at] = r;
             T.blocks[at] = A.block(r, k).transpose();
         }
@@ -57,12 +56,12 @@ template <int R, int K, int C>
 BlockSparse<R, C> product(const BlockSparse<R, K>& A, const BlockSparse<K, C>& B) {
     constexpr int rows_per_task = 256;
     const int tasks = (A.rows() + rows_per_task - 1) / rows_per_task;
-    std::vector<BlockSparse<R, C>> parts(static_cast<std::size_t>(tasks));
+    std::vector<BlockSparse<R, C>> parts(tasks);
     parallel_for(
         tasks,
         [&](int task) {
-            BlockSparse<R, C>& part = parts[static_cast<std::size_t>(task)];
-            std::vector<int> place(static_cast<std::size_t>(B.columns), -1), columns;
+            BlockSparse<R, C>& part = parts[task];
+            std::vector<int> place(B.columns, -1), columns;
             std::vector<typename BlockSparse<R, C>::Block> sums;
             const int end = std::min(A.rows(), (task + 1) * rows_per_task);
             for (int r = task * rows_per_task; r < end; ++r) {
@@ -72,20 +71,20 @@ BlockSparse<R, C> product(const BlockSparse<R, K>& A, const BlockSparse<K, C>& B
                 for (std::size_t k = 0; k < row.size(); ++k) {
                     const auto inner = B.columns_of(row[k]);
                     for (std::size_t l = 0; l < inner.size(); ++l) {
-                        int& at = place[static_cast<std::size_t>(inner[l])];
+                        int& at = place[inner[l]];
                         if (at < 0) {
-                            at = static_cast<int>(columns.size());
+                            at = columns.size();
                             columns.push_back(inner[l]);
                             sums.push_back(BlockSparse<R, C>::Block::Zero());
                         }
-                        sums[static_cast<std::size_t>(at)].noalias() += A.block(r, k) * B.block(row[k], l);
+                        sums[at].noalias() += A.block(r, k) * B.block(row[k], l);
                     }
                 }
                 std::ranges::sort(columns);
                 for (const int c : columns) {
-                    int& at = place[static_cast<std::size_t>(c)];
+                    int& at = place[c];
                     part.column.push_back(c);
-                    part.blocks.push_back(sums[static_cast<std::size_t>(at)]);
+                    part.blocks.push_back(sums[at]);
                     at = -1;
                 }
                 part.end_row();

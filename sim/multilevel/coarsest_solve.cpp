@@ -17,7 +17,7 @@ void CoarsestSolve::begin(std::vector<const BlockSparse<6, 6>*> matrices) {
 
 void CoarsestSolve::set_couplings(const CouplingMatrix<6>& couplings) {
     if (rows() == 0 || (couplings.empty() && !has_places_ && cholesky_.factorized())) return;
-    if (is_new_) rows_.assign(static_cast<std::size_t>(rows()), {});
+    if (is_new_) rows_.assign(rows(), {});
     if (sum(couplings) || !is_analyzed_) analyze();
     fill();
     has_places_ = !couplings.empty() || (has_places_ && !is_new_);
@@ -27,10 +27,10 @@ void CoarsestSolve::set_couplings(const CouplingMatrix<6>& couplings) {
 
 /// Adds a block. Returns whether it has a new place.
 bool CoarsestSolve::add(int row, int column, const Block& block) {
-    Row& to = rows_[static_cast<std::size_t>(row)];
+    Row& to = rows_[row];
     const auto known = std::ranges::find(to.columns, column);
     if (known != to.columns.end()) {
-        to.blocks[static_cast<std::size_t>(known - to.columns.begin())] += block;
+        to.blocks[known - to.columns.begin()] += block;
         return false;
     }
     to.columns.push_back(column);
@@ -55,20 +55,18 @@ bool CoarsestSolve::sum(const CouplingMatrix<6>& couplings) {
         const auto columns = couplings.blocks.columns_of(i);
         for (std::size_t k = 0; k < columns.size(); ++k)
             if (columns[k] >= i)
-                has_grown |=
-                    add(couplings.rows[static_cast<std::size_t>(i)],
-                        couplings.rows[static_cast<std::size_t>(columns[k])], couplings.blocks.block(i, k));
+                has_grown |= add(couplings.rows[i], couplings.rows[columns[k]], couplings.blocks.block(i, k));
     }
     return has_grown;
 }
 
 void CoarsestSolve::analyze() {
     is_analyzed_ = false;
-    std::vector<std::vector<int>> nodes(static_cast<std::size_t>(2 * rows()));
+    std::vector<std::vector<int>> nodes(2 * rows());
     for (int i = 0; i < 2 * rows(); ++i)
         for (const int column : rows_[static_cast<std::size_t>(i / 2)].columns)
             for (const int j : {2 * column, 2 * column + 1})
-                if (j >= i) nodes[static_cast<std::size_t>(i)].push_back(j);
+                if (j >= i) nodes[i].push_back(j);
     pattern_ = BlockPattern(std::move(nodes));
     A_ = pattern_.zero_matrix();
     cholesky_.analyze(A_, Ordering::quick);

@@ -41,14 +41,12 @@ void CoupledLevel<B>::begin(std::vector<const LevelMatrix<B>*> matrices, std::ve
             for (const RowRange& rows : colours[c]) colours_[c].push_back({body, rows});
         first_.push_back(first_.back() + matrices_[body]->rows());
     }
-    inverses_.resize(static_cast<std::size_t>(rows()));
+    inverses_.resize(rows());
     for (std::size_t body = 0; body < matrices_.size(); ++body)
         parallel_for(matrices_[body]->rows(), [&](int i) {
-            inverses_[static_cast<std::size_t>(first_[body] + i)] =
-                diagonals_[body][static_cast<std::size_t>(i)].inverse().template cast<float>();
+            inverses_[first_[body] + i] = diagonals_[body][i].inverse().template cast<float>();
         });
-    for (std::vector<float>* vector : {&b, &z, &residual, &correction})
-        vector->resize(static_cast<std::size_t>(B * rows()));
+    for (std::vector<float>* vector : {&b, &z, &residual, &correction}) vector->resize(B * rows());
 }
 
 template <int B>
@@ -58,22 +56,20 @@ std::size_t CoupledLevel<B>::body_of(int row) const noexcept {
 
 template <int B>
 void CoupledLevel<B>::set_couplings(const CouplingMatrix<B>& couplings) {
-    for (std::size_t k = 0; k < coupled_.size(); ++k)
-        inverses_[static_cast<std::size_t>(coupled_[k])] = uncoupled_[k];
+    for (std::size_t k = 0; k < coupled_.size(); ++k) inverses_[coupled_[k]] = uncoupled_[k];
     coupled_ = couplings.rows;
     uncoupled_.resize(coupled_.size());
     damping_.resize(coupled_.size());
     coupling_offset_ = couplings.blocks.offset;
     coupling_column_.clear();
-    for (const int column : couplings.blocks.column)
-        coupling_column_.push_back(coupled_[static_cast<std::size_t>(column)]);
+    for (const int column : couplings.blocks.column) coupling_column_.push_back(coupled_[column]);
     coupling_blocks_ = FloatBlocks<B, B>(coupling_column_.size());
     for (std::size_t k = 0; k < coupling_column_.size(); ++k)
         coupling_blocks_.set(k, couplings.blocks.blocks[k]);
     parallel_for(
-        static_cast<int>(coupled_.size()),
+        coupled_.size(),
         [&](int k) {
-            const auto at = static_cast<std::size_t>(k), row = static_cast<std::size_t>(coupled_[at]);
+            const std::size_t at = k, row = coupled_[at];
             const std::size_t body = body_of(coupled_[at]);
             const Eigen::Matrix<double, B, B> block =
                 diagonals_[body][row - static_cast<std::size_t>(first_[body])] + couplings.damping[at];
@@ -87,10 +83,9 @@ void CoupledLevel<B>::set_couplings(const CouplingMatrix<B>& couplings) {
 template <int B>
 void CoupledLevel<B>::subtract_couplings(const float* from, float* to) const {
     parallel_for(
-        static_cast<int>(coupled_.size()),
+        coupled_.size(),
         [&](int k) {
-            const auto at = static_cast<std::size_t>(k),
-                       first = static_cast<std::size_t>(coupling_offset_[at]);
+            const std::size_t at = k, first = coupling_offset_[at];
             const auto columns =
                 std::span(coupling_column_)
                     .subspan(first, static_cast<std::size_t>(coupling_offset_[at + 1]) - first);
@@ -105,9 +100,9 @@ template <class Visit>
 void CoupledLevel<B>::sweep_colour(std::size_t colour, const Visit& visit) const {
     const std::vector<Part>& parts = colours_[colour];
     parallel_for(
-        static_cast<int>(parts.size()),
+        parts.size(),
         [&](int p) {
-            const Part& part = parts[static_cast<std::size_t>(p)];
+            const Part& part = parts[p];
             visit(part.body, part.rows);
         },
         1);
@@ -143,9 +138,8 @@ void CoupledLevel<B>::smooth_from_zero() {
             float* own = z.data() + B * first_[body];
             for (int i = rows.begin; i < rows.end; ++i) {
                 const int row = first_[body] + i;
-                At<B>(own + B * i) =
-                    inverses_[static_cast<std::size_t>(row)] *
-                    (ConstAt<B>(b.data() + B * row) - column<B>(matrices_[body]->times_earlier(i, own)));
+                At<B>(own + B * i) = inverses_[row] * (ConstAt<B>(b.data() + B * row) -
+                                                       column<B>(matrices_[body]->times_earlier(i, own)));
             }
         });
     std::ranges::fill(residual, 0.F);
@@ -166,9 +160,8 @@ void CoupledLevel<B>::correct_and_smooth() {
             float* own = z.data() + B * first;
             for (int i = rows.end; i-- > rows.begin;) {
                 const Column<B> old = ConstAt<B>(own + B * i);
-                At<B>(own + B * i) = inverses_[static_cast<std::size_t>(first + i)] *
-                                     (ConstAt<B>(b.data() + B * (first + i)) -
-                                      column<B>(matrices_[body]->times_later(i, own)));
+                At<B>(own + B * i) = inverses_[first + i] * (ConstAt<B>(b.data() + B * (first + i)) -
+                                                             column<B>(matrices_[body]->times_later(i, own)));
                 At<B>(correction.data() + B * (first + i)) = ConstAt<B>(own + B * i) - old;
             }
         });

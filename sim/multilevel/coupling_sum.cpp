@@ -42,7 +42,7 @@ void CouplingSum::analyze(const CoupledSystem& system) {
     list_terms(system);
     BlockSparse<3, 3>& blocks = matrix_.blocks;
     blocks = {};
-    blocks.columns = static_cast<int>(matrix_.rows.size());
+    blocks.columns = matrix_.rows.size();
     for (const std::vector<int>& row : columns()) {
         blocks.column.insert(blocks.column.end(), row.begin(), row.end());
         blocks.end_row();
@@ -61,15 +61,15 @@ void CouplingSum::for_each_term(const CoupledSystem& system, const Visit& visit)
 }
 
 void CouplingSum::number_rows(const CoupledSystem& system) {
-    row_of_.assign(static_cast<std::size_t>(system.node_count()), -1);
+    row_of_.assign(system.node_count(), -1);
     for_each_term(system, [&](std::size_t, const CouplingTerm& t) {
         row_of_[static_cast<std::size_t>(t.unknown / 3)] = 0;
     });
     matrix_.rows.clear();
     for (std::size_t i = 0; i < row_of_.size(); ++i) {
         if (row_of_[i] < 0) continue;
-        row_of_[i] = static_cast<int>(matrix_.rows.size());
-        matrix_.rows.push_back(static_cast<int>(i));
+        row_of_[i] = matrix_.rows.size();
+        matrix_.rows.push_back(i);
     }
 }
 
@@ -89,33 +89,29 @@ void CouplingSum::list_terms(const CoupledSystem& system) {
     std::partial_sum(first_at_.begin(), first_at_.end(), first_at_.begin());
     at_.resize(terms_.size());
     std::vector<int> next(first_at_.begin(), first_at_.end() - 1);
-    for (std::size_t t = 0; t < terms_.size(); ++t)
-        at_[static_cast<std::size_t>(next[static_cast<std::size_t>(terms_[t].row)]++)] = static_cast<int>(t);
+    for (std::size_t t = 0; t < terms_.size(); ++t) at_[next[terms_[t].row]++] = t;
 }
 
 std::span<const int> CouplingSum::terms_at(int row) const noexcept {
-    const auto i = static_cast<std::size_t>(row);
-    return std::span(at_).subspan(static_cast<std::size_t>(first_at_[i]),
-                                  static_cast<std::size_t>(first_at_[i + 1] - first_at_[i]));
+    const std::size_t i = row;
+    return std::span(at_).subspan(first_at_[i], first_at_[i + 1] - first_at_[i]);
 }
 
 std::span<const CouplingSum::Term> CouplingSum::terms_of(int coupling) const noexcept {
-    const auto c = static_cast<std::size_t>(coupling);
-    return std::span(terms_).subspan(static_cast<std::size_t>(first_term_[c]),
-                                     static_cast<std::size_t>(first_term_[c + 1] - first_term_[c]));
+    const std::size_t c = coupling;
+    return std::span(terms_).subspan(first_term_[c], first_term_[c + 1] - first_term_[c]);
 }
 
 /// The columns of every row, ascending.
 std::vector<std::vector<int>> CouplingSum::columns() const {
     std::vector<std::vector<int>> columns(matrix_.rows.size());
-    for_row_ranges(static_cast<int>(columns.size()), [&](int begin, int end) {
+    for_row_ranges(columns.size(), [&](int begin, int end) {
         std::vector<int> listed(columns.size(), -1);  // last row that has each column
         for (int i = begin; i < end; ++i) {
-            std::vector<int>& row = columns[static_cast<std::size_t>(i)];
+            std::vector<int>& row = columns[i];
             for (const int own : terms_at(i))
-                for (const Term& other : terms_of(terms_[static_cast<std::size_t>(own)].coupling))
-                    if (std::exchange(listed[static_cast<std::size_t>(other.row)], i) != i)
-                        row.push_back(other.row);
+                for (const Term& other : terms_of(terms_[own].coupling))
+                    if (std::exchange(listed[other.row], i) != i) row.push_back(other.row);
             std::ranges::sort(row);
         }
     });
@@ -129,24 +125,24 @@ void CouplingSum::fill(const CoupledSystem& system) {
     for_row_ranges(blocks.rows(), [&](int begin, int end) {
         std::vector<std::size_t> place(matrix_.rows.size());  // of each column of the row
         for (int i = begin; i < end; ++i) {
-            const auto first = static_cast<std::size_t>(blocks.offset[static_cast<std::size_t>(i)]);
+            const std::size_t first = blocks.offset[i];
             const auto row = blocks.columns_of(i);
             for (std::size_t k = 0; k < row.size(); ++k) {
-                place[static_cast<std::size_t>(row[k])] = first + k;
+                place[row[k]] = first + k;
                 blocks.blocks[first + k].setZero();
             }
-            Eigen::Matrix3d& damping = matrix_.damping[static_cast<std::size_t>(i)];
+            Eigen::Matrix3d& damping = matrix_.damping[i];
             damping.setZero();
             for (const int at : terms_at(i)) {
-                const Term& own = terms_[static_cast<std::size_t>(at)];
-                const auto c = static_cast<std::size_t>(own.coupling);
+                const Term& own = terms_[at];
+                const std::size_t c = own.coupling;
                 if (strengths_[c] == 0) continue;
                 const Eigen::Matrix3d& A = system.couplings[c].A;
                 const double w = std::abs(own.weight), others = totals_[c] - w;
                 damping += (w * w + CouplingMatrix<3>::damping_share * w * others) * A;
                 const Eigen::Matrix3d weighted = own.weight * A;
                 for (const Term& other : terms_of(own.coupling))
-                    blocks.blocks[place[static_cast<std::size_t>(other.row)]] += other.weight * weighted;
+                    blocks.blocks[place[other.row]] += other.weight * weighted;
             }
         }
     });

@@ -23,7 +23,7 @@ class CouplingSum {
     /// Rows: nodes of the system.
     const CouplingMatrix<3>& matrix() const noexcept { return matrix_; }
     /// The row of matrix() that belongs to a node of the system, or -1.
-    int row_of(int node) const noexcept { return row_of_[static_cast<std::size_t>(node)]; }
+    int row_of(int node) const noexcept { return row_of_[node]; }
     /// Changes with the pattern of matrix().
     int pattern() const noexcept { return pattern_; }
     /// [couplings] Trace of A; 0 for those that do not act.

@@ -41,22 +41,22 @@ struct Selection {
 template <int B, class Visit>
 Selection<B> select(std::span<const int> rows, int coarser_rows, const Visit& visit) {
     Selection<B> selection;
-    std::vector<int> place(static_cast<std::size_t>(coarser_rows), -1);
+    std::vector<int> place(coarser_rows, -1);
     for (const int row : rows) {
         visit(row, [&](int column, const auto& block) {
             selection.prolongation.column.push_back(column);
             selection.prolongation.blocks.push_back(block.template cast<double>());
-            place[static_cast<std::size_t>(column)] = 0;
+            place[column] = 0;
         });
         selection.prolongation.end_row();
     }
     for (std::size_t i = 0; i < place.size(); ++i) {
         if (place[i] < 0) continue;
-        place[i] = static_cast<int>(selection.rows.size());
-        selection.rows.push_back(static_cast<int>(i));
+        place[i] = selection.rows.size();
+        selection.rows.push_back(i);
     }
-    for (int& column : selection.prolongation.column) column = place[static_cast<std::size_t>(column)];
-    selection.prolongation.columns = static_cast<int>(selection.rows.size());
+    for (int& column : selection.prolongation.column) column = place[column];
+    selection.prolongation.columns = selection.rows.size();
     return selection;
 }
 
@@ -86,7 +86,7 @@ void MultilevelCycle::begin_nodes(const CoupledSystem& system) {
         matrices.push_back(&s.matrix().blocks());
     }
     nodes_.begin(std::move(matrices), std::move(diagonals));
-    turned_.resize(static_cast<std::size_t>(system.size()));
+    turned_.resize(system.size());
 }
 
 /// The level of a body, whose depth may be less than that of others.
@@ -126,8 +126,7 @@ CouplingMatrix<6> MultilevelCycle::coarsen_nodes(const CouplingMatrix<3>& coupli
         const auto columns = P.columns_of(node);
         for (std::size_t k = 0; k < columns.size(); ++k)
             add(levels_[0].first_row(b) + columns[k],
-                Eigen::Matrix<float, 3, 6>(rotations_[b][static_cast<std::size_t>(node)] *
-                                           P.block(P.first_block(node) + k)));
+                Eigen::Matrix<float, 3, 6>(rotations_[b][node] * P.block(P.first_block(node) + k)));
     });
     return coarsen(couplings, selection.prolongation, std::move(selection.rows));
 }
@@ -188,8 +187,8 @@ void MultilevelCycle::restrict_nodes() {
     for (std::size_t b = 0; b < hierarchies_.size(); ++b) {
         const int first = nodes_.first_row(b), nodes = nodes_.first_row(b + 1) - first;
         parallel_for(nodes, [&](int i) {
-            Point(turned_.data() + 3 * (first + i)) = rotations_[b][static_cast<std::size_t>(i)].transpose() *
-                                                      Point(nodes_.residual.data() + 3 * (first + i));
+            Point(turned_.data() + 3 * (first + i)) =
+                rotations_[b][i].transpose() * Point(nodes_.residual.data() + 3 * (first + i));
         });
         hierarchies_[b]->fine.restriction.multiply(turned_.data() + 3 * first,
                                                    levels_[0].b.data() + 6 * levels_[0].first_row(b));
@@ -204,7 +203,7 @@ void MultilevelCycle::prolong_to_nodes() {
         parallel_for(P.rows(), [&](int i) {
             const auto row = P.times(i, from);
             Eigen::Map<Eigen::Vector3f>(nodes_.correction.data() + 3 * (first + i)) =
-                rotations_[b][static_cast<std::size_t>(i)] * Eigen::Vector3f(row[0], row[1], row[2]);
+                rotations_[b][i] * Eigen::Vector3f(row[0], row[1], row[2]);
         });
     }
 }

@@ -26,13 +26,13 @@ BlockSparse<3, 3> rest_matrix(const ElasticBody& body, double mass_scale, double
     StepMatrix A = body.zero_matrix();
     body.combine(mass_scale, stiffness_scale, pose, A);
     for (int i = 0; i < body.node_count(); ++i)
-        if (prescribed[static_cast<std::size_t>(i)]) A.isolate(i);
+        if (prescribed[i]) A.isolate(i);
     BlockSparse<3, 3> blocks;
     blocks.columns = body.node_count();
     for (int i = 0; i < body.node_count(); ++i) {
         const auto row = pattern.neighbours(i);
         blocks.column.insert(blocks.column.end(), row.begin(), row.end());
-        for (int k = 0; k < static_cast<int>(row.size()); ++k) blocks.blocks.push_back(A.block(i, k));
+        for (int k = 0; k < std::ssize(row); ++k) blocks.blocks.push_back(A.block(i, k));
         blocks.end_row();
     }
     return blocks;
@@ -46,7 +46,7 @@ std::vector<Square<B>> take_diagonal(BlockSparse<B, B>& A) {
     for (int i = 0; i < A.rows(); ++i) {
         const auto row = A.columns_of(i);
         const auto own = std::ranges::lower_bound(row, i) - row.begin();
-        Square<B>& block = A.blocks[static_cast<std::size_t>(A.offset[static_cast<std::size_t>(i)] + own)];
+        Square<B>& block = A.blocks[A.offset[i] + own];
         for (int c = 0; c < B; ++c)
             if (block(c, c) == 0) block(c, c) = 1;
         diagonal.push_back(block);
@@ -81,9 +81,8 @@ double largest_eigenvalue(const BlockSparse<B, B>& A, const std::vector<Square<B
         parallel_for(A.rows(), [&](int i) {
             Eigen::Matrix<double, B, 1> sum = Eigen::Matrix<double, B, 1>::Zero();
             const auto row = A.columns_of(i);
-            for (std::size_t k = 0; k < row.size(); ++k)
-                sum += A.block(i, k) * v[static_cast<std::size_t>(row[k])];
-            Av[static_cast<std::size_t>(i)] = inverse[static_cast<std::size_t>(i)] * sum;
+            for (std::size_t k = 0; k < row.size(); ++k) sum += A.block(i, k) * v[row[k]];
+            Av[i] = inverse[i] * sum;
         });
         for (std::size_t i = 0; i < v.size(); ++i) {
             before += v[i].squaredNorm();
@@ -104,9 +103,8 @@ BlockSparse<B, 6> smoothed(const BlockSparse<B, B>& A, const std::vector<Square<
     for (int i = 0; i < result.rows(); ++i) {
         const auto row = result.columns_of(i), own = P.columns_of(i);
         for (std::size_t k = 0; k < row.size(); ++k) {
-            auto& block =
-                result.blocks[static_cast<std::size_t>(result.offset[static_cast<std::size_t>(i)]) + k];
-            block = (-4.0 / 3 / bound) * (inverse[static_cast<std::size_t>(i)] * block).eval();
+            auto& block = result.blocks[static_cast<std::size_t>(result.offset[i]) + k];
+            block = (-4.0 / 3 / bound) * (inverse[i] * block).eval();
             if (!own.empty() && own[0] == row[k]) block += P.block(i, 0);
         }
     }
@@ -125,8 +123,7 @@ LevelMatrix<6> sweep_matrix(const BlockSparse<6, 6>& A) {
 BlockSparse<6, 6> symmetric(BlockSparse<6, 6> A) {
     const auto place = [&](int i, int j) {
         const auto row = A.columns_of(i);
-        return static_cast<std::size_t>(A.offset[static_cast<std::size_t>(i)] +
-                                        (std::ranges::lower_bound(row, j) - row.begin()));
+        return A.offset[i] + (std::ranges::lower_bound(row, j) - row.begin());
     };
     for (int i = 0; i < A.rows(); ++i)
         for (const int j : A.columns_of(i)) {

@@ -7,11 +7,11 @@ namespace nbd {
 RigidModes<3> rigid_modes(const Nodes& X) {
     const Eigen::RowVector3d centre = X.colwise().mean();
     const double size = std::sqrt((X.rowwise() - centre).rowwise().squaredNorm().mean());
-    RigidModes<3> modes(static_cast<std::size_t>(X.rows()));
+    RigidModes<3> modes(X.rows());
     for (Eigen::Index i = 0; i < X.rows(); ++i) {
         const Eigen::RowVector3d r = (X.row(i) - centre) / size;
-        modes[static_cast<std::size_t>(i)] << 1, 0, 0, 0, r[2], -r[1],  //
-            0, 1, 0, -r[2], 0, r[0],                                    //
+        modes[i] << 1, 0, 0, 0, r[2], -r[1],  //
+            0, 1, 0, -r[2], 0, r[0],          //
             0, 0, 1, r[1], -r[0], 0;
     }
     return modes;
@@ -20,10 +20,10 @@ RigidModes<3> rigid_modes(const Nodes& X) {
 template <int B>
 Tentative<B> tentative(const Aggregates& aggregates, const RigidModes<B>& modes) {
     constexpr double nothing = 1e-6;  // share of a motion below which it is rounding
-    const auto count = static_cast<std::size_t>(aggregates.count);
+    const std::size_t count = aggregates.count;
     std::vector<std::vector<std::size_t>> members(count);
     for (std::size_t i = 0; i < aggregates.of.size(); ++i)
-        if (const int a = aggregates.of[i]; a >= 0) members[static_cast<std::size_t>(a)].push_back(i);
+        if (const int a = aggregates.of[i]; a >= 0) members[a].push_back(i);
     RigidModes<B> Q = modes;
     Tentative<B> result;
     result.modes.assign(count, Eigen::Matrix<double, 6, 6>::Zero());

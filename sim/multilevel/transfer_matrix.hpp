@@ -25,14 +25,11 @@ class TransferMatrix {
     int rows() const noexcept { return static_cast<int>(offset_.size()) - 1; }
 
     std::span<const int> columns_of(int row) const noexcept {
-        return {column_.data() + offset_[static_cast<std::size_t>(row)],
-                column_.data() + offset_[static_cast<std::size_t>(row) + 1]};
+        return {column_.data() + offset_[row], column_.data() + offset_[static_cast<std::size_t>(row) + 1]};
     }
 
     /// Index of the first block of a row; those of its other columns follow.
-    std::size_t first_block(int row) const noexcept {
-        return static_cast<std::size_t>(offset_[static_cast<std::size_t>(row)]);
-    }
+    std::size_t first_block(int row) const noexcept { return offset_[row]; }
 
     Eigen::Matrix<float, R, C> block(std::size_t k) const noexcept { return blocks_.block(k); }
 

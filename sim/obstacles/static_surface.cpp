@@ -16,26 +16,26 @@ namespace nbd {
 StaticSurface::StaticSurface(TriMesh mesh) : mesh_(std::move(mesh)) {
     if (mesh_.F.rows() == 0) throw std::invalid_argument("static surface: it has no faces");
     if (!mesh_.X.allFinite()) throw std::invalid_argument("static surface: a vertex is not finite");
-    topology_ = surface_topology(mesh_.F, static_cast<int>(mesh_.X.rows()));
+    topology_ = surface_topology(mesh_.F, mesh_.X.rows());
     for (Eigen::Index e = 0; e < topology_.edges.rows(); ++e)
         if (topology_.edge_faces(e, 1) < 0)
             throw std::invalid_argument(fmt::format("static surface: it is open at edge {}-{}",
                                                     topology_.edges(e, 0), topology_.edges(e, 1)));
-    order_.resize(static_cast<std::size_t>(mesh_.F.rows()));
+    order_.resize(mesh_.F.rows());
     std::iota(order_.begin(), order_.end(), 0);
-    build(0, static_cast<int>(order_.size()));
+    build(0, order_.size());
 }
 
 int StaticSurface::build(int begin, int end) {
     constexpr int leaf_faces = 4;
-    const int index = static_cast<int>(nodes_.size());
+    const int index = nodes_.size();
     BoxNode node{.box = {}, .begin = begin, .end = end};
     Eigen::AlignedBox3d centres;
     const auto centre = [&](int f) -> Eigen::Vector3d {
         return (mesh_.X.row(mesh_.F(f, 0)) + mesh_.X.row(mesh_.F(f, 1)) + mesh_.X.row(mesh_.F(f, 2))) / 3;
     };
     for (int i = begin; i < end; ++i) {
-        const int f = order_[static_cast<std::size_t>(i)];
+        const int f = order_[i];
         for (int k = 0; k < 3; ++k) node.box.extend(mesh_.X.row(mesh_.F(f, k)).transpose());
         centres.extend(centre(f));
     }
@@ -49,7 +49,7 @@ int StaticSurface::build(int begin, int end) {
         [&](int a, int b) { return std::pair(centre(a)[axis], a) < std::pair(centre(b)[axis], b); });
     build(begin, middle);
     const int right = build(middle, end);
-    nodes_[static_cast<std::size_t>(index)].right = right;
+    nodes_[index].right = right;
     return index;
 }
 
@@ -64,19 +64,18 @@ std::optional<SurfaceDistance> StaticSurface::distance(const Eigen::Vector3d& p,
     stack[top++] = 0;
     while (top > 0) {
         const int index = stack[--top];
-        const BoxNode& node = nodes_[static_cast<std::size_t>(index)];
+        const BoxNode& node = nodes_[index];
         if (node.box.squaredExteriorDistance(p) >= best) continue;
         if (node.right >= 0) {
             int near = index + 1, far = node.right;
-            if (nodes_[static_cast<std::size_t>(far)].box.squaredExteriorDistance(p) <
-                nodes_[static_cast<std::size_t>(near)].box.squaredExteriorDistance(p))
+            if (nodes_[far].box.squaredExteriorDistance(p) < nodes_[near].box.squaredExteriorDistance(p))
                 std::swap(near, far);
             stack[top++] = far;
             stack[top++] = near;
             continue;
         }
         for (int i = node.begin; i < node.end; ++i) {
-            const int f = order_[static_cast<std::size_t>(i)];
+            const int f = order_[i];
             const Eigen::Vector3d a = mesh_.X.row(mesh_.F(f, 0)), b = mesh_.X.row(mesh_.F(f, 1)),
                                   c = mesh_.X.row(mesh_.F(f, 2));
             const ClosestPoints closest = closest_point_triangle(p, a, b, c);

@@ -14,12 +14,11 @@ struct IndexLists {
     std::vector<int> items;
 
     std::span<const int> operator[](int list) const noexcept {
-        const auto l = static_cast<std::size_t>(list);
-        return std::span(items).subspan(static_cast<std::size_t>(begin[l]),
-                                        static_cast<std::size_t>(begin[l + 1] - begin[l]));
+        const std::size_t l = list;
+        return std::span(items).subspan(begin[l], begin[l + 1] - begin[l]);
     }
     /// Ends the list that items were appended to.
-    void end_list() { begin.push_back(static_cast<int>(items.size())); }
+    void end_list() { begin.push_back(items.size()); }
 };
 
 /// Compact parts of a surface: the leaves of a wide tree, at most sixteen faces each. A patch owns the

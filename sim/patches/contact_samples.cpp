@@ -50,7 +50,7 @@ std::vector<int> most_spread(std::span<const int> group, const Nodes& rest, cons
         kept.push_back(group[next]);
         for (std::size_t k = 0; k < group.size(); ++k)
             distances[k] = std::min(distances[k], (rest.row(group[k]) - rest.row(kept.back())).squaredNorm());
-        next = static_cast<std::size_t>(std::ranges::max_element(distances) - distances.begin());
+        next = std::ranges::max_element(distances) - distances.begin();
     }
     return kept;
 }
@@ -59,7 +59,7 @@ std::vector<int> most_spread(std::span<const int> group, const Nodes& rest, cons
 
 ContactSamples contact_samples(const Faces& F, const Nodes& rest, const Eigen::VectorXd& rest_areas,
                                int carriers) {
-    const auto count = static_cast<std::size_t>(rest.rows());
+    const std::size_t count = rest.rows();
     const double per_node = static_cast<double>(rest.rows()) / std::max(carriers, 1),
                  per_cell = std::max(least_per_cell, per_node / cells_per_node),
                  cell = std::sqrt(per_cell * rest_areas.mean());
@@ -70,18 +70,18 @@ ContactSamples contact_samples(const Faces& F, const Nodes& rest, const Eigen::V
     const Eigen::RowVector3d corner = rest.colwise().minCoeff();
     std::vector<Place> places(count);
     for (Eigen::Index v = 0; v < rest.rows(); ++v)
-        places[static_cast<std::size_t>(v)] = place_of(rest.row(v) - corner, normals.row(v), cell);
+        places[v] = place_of(rest.row(v) - corner, normals.row(v), cell);
     std::vector<int> order;
     for (Eigen::Index v = 0; v < rest.rows(); ++v)
-        if (rest_areas[v] > 0) order.push_back(static_cast<int>(v));
-    const auto place = [&](int vertex) -> const Place& { return places[static_cast<std::size_t>(vertex)]; };
+        if (rest_areas[v] > 0) order.push_back(v);
+    const auto place = [&](int vertex) -> const Place& { return places[vertex]; };
     std::ranges::sort(order,
                       [&](int a, int b) { return place(a) != place(b) ? place(a) < place(b) : a < b; });
     for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
         while (end < order.size() && place(order[end]) == place(order[begin])) ++end;
         const auto group = std::span(order).subspan(begin, end - begin);
         const std::vector<int> kept = most_spread(group, rest, normals);
-        for (const int vertex : kept) samples.kept[static_cast<std::size_t>(vertex)] = true;
+        for (const int vertex : kept) samples.kept[vertex] = true;
         for (const int vertex : group)
             samples.areas[*std::ranges::min_element(kept, {}, [&](int sample) {
                 return (rest.row(sample) - rest.row(vertex)).squaredNorm();

@@ -46,7 +46,7 @@ ContactShape::ContactShape(Embedding weights, Faces faces, NodesRef X, const Wid
       patches(make_patches(box_tree, topology, W, F, X)) {
     std::vector<int> vertices;
     for (int patch = 0; patch < patches.count(); ++patch) {
-        const auto from = static_cast<std::ptrdiff_t>(patch_nodes.items.size());
+        const std::ptrdiff_t from = patch_nodes.items.size();
         vertices.clear();
         for (const int face : patches.faces[patch])
             for (int k = 0; k < 3; ++k) vertices.push_back(F(face, k));
@@ -60,7 +60,7 @@ ContactShape::ContactShape(Embedding weights, Faces faces, NodesRef X, const Wid
     }
     constexpr int width = ContactPatches::width;
     for (int first = 0; first < patches.count(); first += width) {
-        const auto from = static_cast<std::ptrdiff_t>(block_nodes.items.size());
+        const std::ptrdiff_t from = block_nodes.items.size();
         for (int patch = first; patch < std::min(first + width, patches.count()); ++patch) {
             const auto nodes = patch_nodes[patch];
             block_nodes.items.insert(block_nodes.items.end(), nodes.begin(), nodes.end());
@@ -68,11 +68,10 @@ ContactShape::ContactShape(Embedding weights, Faces faces, NodesRef X, const Wid
         sort_out_repeats(block_nodes.items, from);
         block_nodes.end_list();
     }
-    std::vector<bool> carries(static_cast<std::size_t>(W.cols()), false);
-    for (const int node : std::span(W.innerIndexPtr(), static_cast<std::size_t>(W.nonZeros())))
-        carries[static_cast<std::size_t>(node)] = true;
+    std::vector<bool> carries(W.cols(), false);
+    for (const int node : std::span(W.innerIndexPtr(), W.nonZeros())) carries[node] = true;
     for (int node = 0; node < W.cols(); ++node)
-        if (carries[static_cast<std::size_t>(node)]) carriers.push_back(node);
+        if (carries[node]) carriers.push_back(node);
     for (Eigen::Index v = 0; v < W.rows(); ++v) {
         double negative = 0;
         for (Embedding::InnerIterator entry(W, v); entry; ++entry) negative -= std::min(entry.value(), 0.0);
@@ -80,10 +79,10 @@ ContactShape::ContactShape(Embedding weights, Faces faces, NodesRef X, const Wid
     }
     const Nodes rest = embedded(W, X);
     rest_areas = vertex_areas(F, rest);
-    ContactSamples samples = contact_samples(F, rest, rest_areas, static_cast<int>(carriers.size()));
+    ContactSamples samples = contact_samples(F, rest, rest_areas, carriers.size());
     for (int patch = 0; patch < patches.count(); ++patch) {
         std::ranges::copy_if(patches.vertices[patch], std::back_inserter(patch_samples.items),
-                             [&](int v) { return samples.kept[static_cast<std::size_t>(v)]; });
+                             [&](int v) { return samples.kept[v]; });
         patch_samples.end_list();
     }
     sample_areas = std::move(samples.areas);

@@ -16,7 +16,7 @@ struct ContactShape {
     /// std::invalid_argument where shapes or indices disagree.
     ContactShape(Embedding W, Faces F, NodesRef X, const WideTree* tree = nullptr);
 
-    int vertex_count() const noexcept { return static_cast<int>(W.rows()); }
+    int vertex_count() const noexcept { return W.rows(); }
     /// Whether the constructor would make the same shape of these, for a body with the same rest positions.
     bool is_of(const Embedding& other_W, const Faces& other_F, const WideTree* other_tree) const noexcept;
 

@@ -10,7 +10,7 @@
 
 namespace nbd {
 ContactSurface::ContactSurface(std::shared_ptr<const ContactShape> shape, NodesRef X)
-    : shape_(std::move(shape)), x_(shape_->W.rows(), 3), poses_(static_cast<std::size_t>(vertex_count()), 0) {
+    : shape_(std::move(shape)), x_(shape_->W.rows(), 3), poses_(vertex_count(), 0) {
     update(X);
 }
 
@@ -36,19 +36,17 @@ void ContactSurface::update(NodesRef nodes) {
 
 void ContactSurface::compute(int vertex) const noexcept {
     x_.row(vertex) = mean_at(vertex, nodes_);
-    poses_[static_cast<std::size_t>(vertex)] = pose_;
+    poses_[vertex] = pose_;
     ++computed_;
 }
 
 void ContactSurface::compute_if_old(int vertex) const noexcept {
-    if (std::exchange(poses_[static_cast<std::size_t>(vertex)], pose_) != pose_)
-        x_.row(vertex) = mean_at(vertex, nodes_);
+    if (std::exchange(poses_[vertex], pose_) != pose_) x_.row(vertex) = mean_at(vertex, nodes_);
 }
 
 void ContactSurface::compute(std::span<const int> vertices) const {
-    for (const int vertex : vertices) computed_ += poses_[static_cast<std::size_t>(vertex)] != pose_;
-    parallel_for(static_cast<int>(vertices.size()),
-                 [&](int i) { compute_if_old(vertices[static_cast<std::size_t>(i)]); });
+    for (const int vertex : vertices) computed_ += poses_[vertex] != pose_;
+    parallel_for(vertices.size(), [&](int i) { compute_if_old(vertices[i]); });
 }
 
 const Nodes& ContactSurface::positions() const {
@@ -62,9 +60,9 @@ void ContactSurface::compute_face(int face) const noexcept {
 }
 
 void ContactSurface::compute_faces_at(int vertex) const noexcept {
-    const auto v = static_cast<std::size_t>(vertex);
+    const std::size_t v = vertex;
     for (int i = shape_->topology.vertex_begin[v]; i < shape_->topology.vertex_begin[v + 1]; ++i)
-        compute_face(shape_->topology.vertex_faces[static_cast<std::size_t>(i)]);
+        compute_face(shape_->topology.vertex_faces[i]);
 }
 
 const Vertices& ContactSurface::x_float() {

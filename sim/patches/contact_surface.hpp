@@ -36,7 +36,7 @@ class ContactSurface {
 
     /// Position of a vertex, metres.
     Eigen::Vector3d x(int vertex) const noexcept {
-        const auto v = static_cast<std::size_t>(vertex);
+        const std::size_t v = vertex;
         if (poses_[v] != pose_) compute(vertex);
         return x_.row(vertex);
     }

@@ -100,15 +100,15 @@ float squared_distance(const PatchBounds& s, const PatchBounds& t) noexcept {
 void PosedPatches::begin(const ContactSurface& surface, const Eigen::Vector3d& origin, const Nodes& v,
                          double dt) {
     if (surface_ != &surface || at_.size() != static_cast<std::size_t>(surface.patches().count())) {
-        at_.assign(static_cast<std::size_t>(surface.patches().count()), -1);
+        at_.assign(surface.patches().count(), -1);
         required_.clear();
     }
-    for (const int patch : required_) at_[static_cast<std::size_t>(patch)] = -1;
+    for (const int patch : required_) at_[patch] = -1;
     required_.clear();
     edges_at_.clear();
     surface_ = &surface;
     origin_ = origin;
-    const auto vertices = static_cast<std::size_t>(surface.vertex_count());
+    const std::size_t vertices = surface.vertex_count();
     if (++step_ == 0 || motion_steps_.size() < vertices) {  // 0: the counter wrapped around
         motions_.resize(std::max(motions_.size(), vertices));
         motion_steps_.assign(motions_.size(), 0);
@@ -131,14 +131,13 @@ void PosedPatches::list_new(std::span<const PatchPair> pairs, int PatchPair::*si
     new_vertices_.clear();
     for (const PatchPair& pair : pairs) {
         const int patch = pair.*side;
-        int& at = at_[static_cast<std::size_t>(patch)];
+        int& at = at_[patch];
         if (at >= 0) continue;
-        at = static_cast<int>(required_.size());
+        at = required_.size();
         required_.push_back(patch);
         for (const int face : patches.faces[patch])
             for (const int vertex : surface_->F().row(face))
-                if (std::exchange(motion_steps_[static_cast<std::size_t>(vertex)], step_) != step_)
-                    new_vertices_.push_back(vertex);
+                if (std::exchange(motion_steps_[vertex], step_) != step_) new_vertices_.push_back(vertex);
     }
 }
 
@@ -146,9 +145,9 @@ void PosedPatches::require(std::span<const PatchPair> pairs, int PatchPair::*sid
     const auto first = required_.size();
     list_new(pairs, side);
     surface_->compute(new_vertices_);
-    parallel_for(static_cast<int>(new_vertices_.size()), [&](int i) {
-        const int vertex = new_vertices_[static_cast<std::size_t>(i)];
-        motions_[static_cast<std::size_t>(vertex)] = (dt_ * surface_->mean_at(vertex, *v_)).cast<float>();
+    parallel_for(new_vertices_.size(), [&](int i) {
+        const int vertex = new_vertices_[i];
+        motions_[vertex] = (dt_ * surface_->mean_at(vertex, *v_)).cast<float>();
     });
     if (posed_.size() < required_.size()) {
         posed_.resize(std::max<std::size_t>(64, 2 * required_.size()));
@@ -156,7 +155,7 @@ void PosedPatches::require(std::span<const PatchPair> pairs, int PatchPair::*sid
     }
     edges_at_.resize(required_.size(), -1);
     parallel_for(
-        static_cast<int>(required_.size() - first),
+        required_.size() - first,
         [&](int i) {
             const std::size_t k = first + static_cast<std::size_t>(i);
             pose(required_[k], bounds_[k], posed_[k]);
@@ -174,16 +173,16 @@ void PosedPatches::require_edges(std::span<const PatchPair> pairs, int PatchPair
         const int patch = pair.*side;
         std::ptrdiff_t& at = edges_at_[place(patch)];
         if (at >= 0) continue;
-        at = static_cast<std::ptrdiff_t>(edge_packs_);
+        at = edge_packs_;
         edge_packs_ +=
             (surface_->patches().edges[patch].size() + ContactPatches::width - 1) / ContactPatches::width;
         new_edges_.push_back(patch);
     }
     if (posed_edges_.size() < edge_packs_) posed_edges_.resize(2 * edge_packs_);
     parallel_for(
-        static_cast<int>(new_edges_.size()),
+        new_edges_.size(),
         [&](int i) {
-            const int patch = new_edges_[static_cast<std::size_t>(i)];
+            const int patch = new_edges_[i];
             pose_edges(patch, posed_edges_.data() + edges_at_[place(patch)]);
         },
         patches_per_task);
@@ -205,7 +204,7 @@ void PosedPatches::pose(int patch, PatchBounds& bounds, PosedPatch& posed) const
         std::array<std::array<float, 3>, 3> x{nowhere, nowhere, nowhere};
         if (k < faces.size())
             for (std::size_t c = 0; c < 3; ++c) {
-                x[c] = position(F(faces[k], static_cast<Eigen::Index>(c)));
+                x[c] = position(F(faces[k], c));
                 for (std::size_t i = 0; i < 3; ++i) {
                     bounds.lo[i] = std::min(bounds.lo[i], x[c][i]);
                     bounds.hi[i] = std::max(bounds.hi[i], x[c][i]);

@@ -80,9 +80,7 @@ class PosedPatches {
     /// Relative to the origin, in single precision.
     std::array<float, 3> position(int vertex) const noexcept;
     /// Displacement in the step of a vertex of a required patch, metres.
-    const Eigen::Vector3f& motion(int vertex) const noexcept {
-        return motions_[static_cast<std::size_t>(vertex)];
-    }
+    const Eigen::Vector3f& motion(int vertex) const noexcept { return motions_[vertex]; }
     /// Poses the patches pair.*side of all pairs, on the threads of the caller's TBB arena. Their vertices
     /// can then be read by several threads.
     void require(std::span<const PatchPair> pairs, int PatchPair::*side);
@@ -99,9 +97,7 @@ class PosedPatches {
     float tolerance() const noexcept { return tolerance_; }
 
  private:
-    std::size_t place(int patch) const noexcept {
-        return static_cast<std::size_t>(at_[static_cast<std::size_t>(patch)]);
-    }
+    std::size_t place(int patch) const noexcept { return at_[patch]; }
     void list_new(std::span<const PatchPair> pairs, int PatchPair::*side);
     void pose(int patch, PatchBounds& bounds, PosedPatch& posed) const;
     void pose_edges(int patch, PosedEdges* packs) const;

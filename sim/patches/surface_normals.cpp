@@ -11,9 +11,9 @@ namespace {
 
 Eigen::Vector3d vertex_normal(const SurfaceTopology& topology, FacesRef F, NodesRef x, int vertex) noexcept {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    const auto v = static_cast<std::size_t>(vertex);
+    const std::size_t v = vertex;
     for (int i = topology.vertex_begin[v]; i < topology.vertex_begin[v + 1]; ++i) {
-        const int f = topology.vertex_faces[static_cast<std::size_t>(i)];
+        const int f = topology.vertex_faces[i];
         const int k = F(f, 0) == vertex ? 0 : F(f, 1) == vertex ? 1 : 2;
         const Eigen::Vector3d to_next = x.row(F(f, (k + 1) % 3)) - x.row(vertex);
         const Eigen::Vector3d to_last = x.row(F(f, (k + 2) % 3)) - x.row(vertex);

@@ -107,13 +107,12 @@ std::vector<std::string> narrow_gap_warnings(const SceneSpec& spec, const World&
         const double distance = 2 * self_thickness(shape, world.thickness());
         entry->second = rest_gaps({embedded(shape.W, world.elastic(b).rest().X), shape.F}, distance);
         if (entry->second.pairs > 0)
-            lines.push_back(
-                fmt::format("{}: {} face each other at rest nearer than {:.2g} m, twice the contact "
-                            "distance, the nearest {:.2g} m apart; by default they make no contact and may "
-                            "pass each other; \"intersection_free\": true prevents that",
-                            labels[static_cast<std::size_t>(b)],
-                            counted(entry->second.pairs, "pair of its faces", "pairs of its faces"), distance,
-                            entry->second.least));
+            lines.push_back(fmt::format(
+                "{}: {} face each other at rest nearer than {:.2g} m, twice the contact "
+                "distance, the nearest {:.2g} m apart; by default they make no contact and may "
+                "pass each other; \"intersection_free\": true prevents that",
+                labels[b], counted(entry->second.pairs, "pair of its faces", "pairs of its faces"), distance,
+                entry->second.least));
     }
     return lines;
 }

@@ -137,11 +137,11 @@ std::filesystem::path read_path(JsonObject& from, const std::string& key, const 
 
 SceneMeshing read_meshing(JsonObject from, BodySource source) {
     SceneMeshing meshing;
-    meshing.tets.nodes = static_cast<int>(from.integer("nodes", 0, {0, 1e8, "between 0 and 100000000"}));
+    meshing.tets.nodes = from.integer("nodes", 0, {0, 1e8, "between 0 and 100000000"});
     meshing.tets.grading = from.number("grading", meshing.tets.grading, {0, 2, "between 0 and 2"});
     meshing.scale = from.number("scale", meshing.scale, positive);
     meshing.weld = from.number("weld", meshing.weld, not_negative);
-    meshing.levels = static_cast<int>(from.integer("subdivide", 0, {0, 4, "between 0 and 4"}));
+    meshing.levels = from.integer("subdivide", 0, {0, 4, "between 0 and 4"});
     if (from.choice("subdivision", "midpoint", {"midpoint", "loop"}) == "loop")
         meshing.scheme = SubdivisionScheme::loop;
     if (source == BodySource::tets)
@@ -233,12 +233,11 @@ StepConfig read_solver(JsonObject from) {
     if (from.choice("integrator", "backward_euler", {"backward_euler", "bdf2"}) == "bdf2")
         step.integrator = TimeIntegrator::bdf2;
     if (from.choice("tangent", "rotated", {"rotated", "full"}) == "full") step.tangent = Tangent::full;
-    step.newton_iterations = static_cast<int>(
-        from.integer("newton_iterations", step.newton_iterations, {1, 100, "between 1 and 100"}));
+    step.newton_iterations =
+        from.integer("newton_iterations", step.newton_iterations, {1, 100, "between 1 and 100"});
     step.newton_tolerance =
         from.number("newton_tolerance", step.newton_tolerance, {1e-12, 1, "between 1e-12 and 1"});
-    step.max_substeps =
-        static_cast<int>(from.integer("max_substeps", step.max_substeps, {1, 1024, "between 1 and 1024"}));
+    step.max_substeps = from.integer("max_substeps", step.max_substeps, {1, 1024, "between 1 and 1024"});
     if ((step.max_substeps & (step.max_substeps - 1)) != 0)
         from.problem("max_substeps", "must be a power of two");
     from.finish();
@@ -251,8 +250,8 @@ ContactConfig read_contact(JsonObject from, bool& resolve_start) {
     contact.friction = from.number("friction", contact.friction, {0, 10, "between 0 and 10"});
     contact.thickness = from.number("thickness", contact.thickness, not_negative);
     contact.damping = from.number("damping", contact.damping, not_negative);
-    contact.per_group = static_cast<int>(
-        from.integer("contacts_per_node_pair", contact.per_group, {0, 1000, "between 0 and 1000"}));
+    contact.per_group =
+        from.integer("contacts_per_node_pair", contact.per_group, {0, 1000, "between 0 and 1000"});
     contact.slip_velocity =
         from.number("slip_velocity", contact.slip_velocity, {1e-9, 1e3, "from 1e-9 to 1000"});
     contact.self_contact = from.flag("self_contact", contact.self_contact);
@@ -265,9 +264,9 @@ ContactConfig read_contact(JsonObject from, bool& resolve_start) {
 SceneTime read_time(JsonObject from) {
     SceneTime time;
     time.dt = from.number("dt", time.dt, {1e-7, 1, "between 1e-7 and 1"});
-    time.frames = static_cast<int>(from.integer("frames", time.frames, {1, 1e6, "between 1 and 1000000"}));
-    time.steps_per_frame = static_cast<int>(
-        from.integer("steps_per_frame", time.steps_per_frame, {1, 1e4, "between 1 and 10000"}));
+    time.frames = from.integer("frames", time.frames, {1, 1e6, "between 1 and 1000000"});
+    time.steps_per_frame =
+        from.integer("steps_per_frame", time.steps_per_frame, {1, 1e4, "between 1 and 10000"});
     from.finish();
     return time;
 }
@@ -325,7 +324,7 @@ SceneReading read_scene(std::string_view text, const std::filesystem::path& base
                      "must be \"backward_euler\" where contact.intersection_free is true");
     spec.time = read_time(from.object("time"));
     spec.output = read_output(from.object("output"));
-    spec.seed = static_cast<std::uint64_t>(from.integer("seed", 0, {0, 9e15, "between 0 and 9e15"}));
+    spec.seed = from.integer("seed", 0, {0, 9e15, "between 0 and 9e15"});
     from.finish();
     result.problems = std::move(reading.problems);
     result.fields = std::move(reading.fields);

@@ -54,12 +54,12 @@ class SceneCheck {
     }
 
     void check_grips(std::size_t number, const std::vector<SceneGrip>& grips, const Nodes& x) {
-        std::vector<const SceneGrip*> holder(static_cast<std::size_t>(x.rows()), nullptr);
+        std::vector<const SceneGrip*> holder(x.rows(), nullptr);
         for (const SceneGrip& grip : grips) {
             const std::vector<int> nodes = nodes_in(grip.region, x);
             const SceneGrip* other = nullptr;
             for (const int node : nodes) {
-                const SceneGrip*& held_by = holder[static_cast<std::size_t>(node)];
+                const SceneGrip*& held_by = holder[node];
                 if (held_by && !other) other = held_by;
                 held_by = &grip;
             }

@@ -51,9 +51,9 @@ std::vector<double> rounding_norms(const CoupledSystem& system, const BodyNorms&
     for (std::size_t k = 0; k < system.systems.size(); ++k) {
         const auto& diagonal = system.systems[k].matrix().diagonal();
         const int first = system.first_unknown[k];
-        for (int i = 0; i < static_cast<int>(diagonal.size()); ++i) {
+        for (int i = 0; i < std::ssize(diagonal); ++i) {
             const int at = first + 3 * i;
-            const double product = 2 * diagonal[static_cast<std::size_t>(i)].norm() * v.segment<3>(at).norm();
+            const double product = 2 * diagonal[i].norm() * v.segment<3>(at).norm();
             noise.segment<3>(at) = unit * (b.segment<3>(at).cwiseAbs().array() + product);
         }
     }

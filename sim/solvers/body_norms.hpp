@@ -39,11 +39,11 @@ template <class Prepare>
 std::vector<double> BodyNorms::of(const Eigen::VectorXd& r, const Prepare& prepare) const {
     std::vector<double> sums(parts_.size());
     parallel_for(
-        static_cast<int>(parts_.size()),
+        parts_.size(),
         [&](int k) {
-            const auto [body, begin, size] = parts_[static_cast<std::size_t>(k)];
+            const auto [body, begin, size] = parts_[k];
             prepare(begin, size);
-            sums[static_cast<std::size_t>(k)] =
+            sums[k] =
                 (r.segment(begin, size).array().square() * inverse_mass_.segment(begin, size).array()).sum();
         },
         1);

@@ -162,7 +162,7 @@ bool CoupledSolver::refine(const CoupledSystem& system, const Eigen::VectorXd& b
 
 /// Factorises the patch of nodes in contact. Returns whether it has a factor.
 bool CoupledSolver::factorize_contacts(const CoupledSystem& system) {
-    std::vector<char> inside(static_cast<std::size_t>(system.node_count()), 0);
+    std::vector<char> inside(system.node_count(), 0);
     for (const Coupling& coupling : system.couplings)
         if (coupling.end - coupling.begin > 1 && !coupling.A.isZero(0))
             for (const CouplingTerm& t : system.terms_of(coupling))
@@ -220,8 +220,7 @@ LinearSolveReport CoupledSolver::solve(const CoupledSystem& system, const Eigen:
     // The factor of an earlier solve with other couplings is worth a few iterations.
     const int most = report.iterations + stale_iterations;
     if (factorized_ && refine(system, b, most, v, report)) return report;
-    factor_.factorize_nearly(system, couplings_,
-                             std::vector<char>(static_cast<std::size_t>(system.node_count()), 1));
+    factor_.factorize_nearly(system, couplings_, std::vector<char>(system.node_count(), 1));
     factorized_ = true;
     refine(system, b, most + stale_iterations, v, report);
     return report;

@@ -24,11 +24,7 @@ double sum_parts(Eigen::Index size, const Sum& sum) {
     constexpr Eigen::Index per_part = 8192;
     std::vector<double> sums(static_cast<std::size_t>((size + per_part - 1) / per_part));
     parallel_for(
-        static_cast<int>(sums.size()),
-        [&](int k) {
-            sums[static_cast<std::size_t>(k)] = sum(k * per_part, std::min(per_part, size - k * per_part));
-        },
-        1);
+        sums.size(), [&](int k) { sums[k] = sum(k * per_part, std::min(per_part, size - k * per_part)); }, 1);
     return std::accumulate(sums.begin(), sums.end(), 0.0);
 }
 

@@ -27,22 +27,19 @@ Place place_of(const CoupledSystem& system, int node) {
 template <class Visit>
 void PatchFactor::for_each_block(const CoupledSystem& system, const CouplingSum& couplings, int s,
                                  const Visit& visit) const {
-    const int own = nodes_[static_cast<std::size_t>(s)];
+    const int own = nodes_[s];
     const auto [body, node] = place_of(system, own);
     const StepMatrix& matrix = system.systems[body].matrix();
     const int first = system.first_unknown[body] / 3;
     const auto near = system.systems[body].body().pattern().neighbours(node);
-    for (int k = 0; k < static_cast<int>(near.size()); ++k)
-        if (const int j = slot_[static_cast<std::size_t>(first + near[static_cast<std::size_t>(k)])]; j >= s)
-            visit(j, matrix.block(node, k).transpose());
+    for (int k = 0; k < std::ssize(near); ++k)
+        if (const int j = slot_[first + near[k]]; j >= s) visit(j, matrix.block(node, k).transpose());
     const int row = couplings.row_of(own);
     if (row < 0) return;
     const CouplingMatrix<3>& C = couplings.matrix();
     const auto columns = C.blocks.columns_of(row);
     for (std::size_t k = 0; k < columns.size(); ++k)
-        if (const int j = slot_[static_cast<std::size_t>(C.rows[static_cast<std::size_t>(columns[k])])];
-            j >= s)
-            visit(j, C.blocks.block(row, k).transpose());
+        if (const int j = slot_[C.rows[columns[k]]]; j >= s) visit(j, C.blocks.block(row, k).transpose());
 }
 
 /// The lower half of the pattern: for each node of the patch its neighbours there that do not come before it.
@@ -50,8 +47,7 @@ std::vector<std::vector<int>> PatchFactor::adjacency(const CoupledSystem& system
                                                      const CouplingSum& couplings) const {
     std::vector<std::vector<int>> rows(nodes_.size());
     for (int s = 0; s < node_count(); ++s)
-        for_each_block(system, couplings, s,
-                       [&](int j, const auto&) { rows[static_cast<std::size_t>(s)].push_back(j); });
+        for_each_block(system, couplings, s, [&](int j, const auto&) { rows[s].push_back(j); });
     return rows;
 }
 
@@ -60,11 +56,9 @@ void PatchFactor::fill(const CoupledSystem& system, const CouplingSum& couplings
     std::vector<int> place(nodes_.size());  // of each node in the row
     for (int s = 0; s < node_count(); ++s) {
         const auto columns = pattern_.neighbours(s);
-        for (std::size_t k = 0; k < columns.size(); ++k)
-            place[static_cast<std::size_t>(columns[k])] = static_cast<int>(k);
-        for_each_block(system, couplings, s, [&](int j, const auto& block) {
-            pattern_.block(A_, s, place[static_cast<std::size_t>(j)]) += block;
-        });
+        for (std::size_t k = 0; k < columns.size(); ++k) place[columns[k]] = k;
+        for_each_block(system, couplings, s,
+                       [&](int j, const auto& block) { pattern_.block(A_, s, place[j]) += block; });
     }
 }
 
@@ -82,9 +76,9 @@ void PatchFactor::analyze(const CoupledSystem& system, const CouplingSum& coupli
                           const std::vector<char>& inside) {
     if (is_new_) slot_.assign(inside.size(), -1);
     nodes_.clear();
-    for (int i = 0; i < static_cast<int>(inside.size()); ++i) {
-        int& slot = slot_[static_cast<std::size_t>(i)];
-        if (!inside[static_cast<std::size_t>(i)] && slot < 0) continue;
+    for (int i = 0; i < std::ssize(inside); ++i) {
+        int& slot = slot_[i];
+        if (!inside[i] && slot < 0) continue;
         slot = node_count();
         nodes_.push_back(i);
     }
@@ -108,12 +102,11 @@ void PatchFactor::find_border(const CoupledSystem& system) {
         const auto [body, node] = place_of(system, i);
         const int first = system.first_unknown[body] / 3;
         for (const int near : system.systems[body].body().pattern().neighbours(node))
-            is_border[static_cast<std::size_t>(first + near)] = 1;
+            is_border[first + near] = 1;
     }
     border_.clear();
-    for (int i = 0; i < static_cast<int>(slot_.size()); ++i)
-        if (is_border[static_cast<std::size_t>(i)] && slot_[static_cast<std::size_t>(i)] < 0)
-            border_.push_back(i);
+    for (int i = 0; i < std::ssize(slot_); ++i)
+        if (is_border[i] && slot_[i] < 0) border_.push_back(i);
 }
 
 bool PatchFactor::factorize(const CoupledSystem& system, const CouplingSum& couplings,
@@ -142,15 +135,14 @@ void PatchFactor::take_residual(const CoupledSystem& system, const CouplingSum& 
     parallel_for(
         node_count(),
         [&](int s) {
-            const int own = nodes_[static_cast<std::size_t>(s)];
+            const int own = nodes_[s];
             const auto [body, node] = place_of(system, own);
             Eigen::Vector3d product =
                 system.systems[body].matrix().multiply_row(node, v.data() + system.first_unknown[body]);
             if (const int row = couplings.row_of(own); row >= 0) {
                 const auto columns = C.blocks.columns_of(row);
                 for (std::size_t k = 0; k < columns.size(); ++k)
-                    product += C.blocks.block(row, k) *
-                               v.segment<3>(3 * C.rows[static_cast<std::size_t>(columns[k])]);
+                    product += C.blocks.block(row, k) * v.segment<3>(3 * C.rows[columns[k]]);
             }
             r.segment<3>(3 * own) = -product;
         },
@@ -161,13 +153,13 @@ void PatchFactor::clear(const CoupledSystem& system, Eigen::VectorXd& r, Eigen::
     if (empty()) return;
     solve(r);
     for (Eigen::Index s = 0; s < node_count(); ++s) {
-        const int i = 3 * nodes_[static_cast<std::size_t>(s)];
+        const int i = 3 * nodes_[s];
         v.segment<3>(i) += solution_.segment<3>(3 * s);
         spread_.segment<3>(i) = solution_.segment<3>(3 * s);
         r.segment<3>(i).setZero();
     }
-    parallel_for(static_cast<int>(border_.size()), [&](int k) {
-        const int i = border_[static_cast<std::size_t>(k)];
+    parallel_for(border_.size(), [&](int k) {
+        const int i = border_[k];
         const auto [body, node] = place_of(system, i);
         r.segment<3>(3 * i) -=
             system.systems[body].matrix().multiply_row(node, spread_.data() + system.first_unknown[body]);
@@ -178,13 +170,12 @@ void PatchFactor::add_solution(const Eigen::VectorXd& r, Eigen::VectorXd& v) {
     if (empty()) return;
     solve(r);
     for (Eigen::Index s = 0; s < node_count(); ++s)
-        v.segment<3>(3 * nodes_[static_cast<std::size_t>(s)]) += solution_.segment<3>(3 * s);
+        v.segment<3>(3 * nodes_[s]) += solution_.segment<3>(3 * s);
 }
 
 /// solution_ = A_S^-1 r_S.
 void PatchFactor::solve(const Eigen::VectorXd& r) {
-    for (Eigen::Index s = 0; s < node_count(); ++s)
-        solution_.segment<3>(3 * s) = r.segment<3>(3 * nodes_[static_cast<std::size_t>(s)]);
+    for (Eigen::Index s = 0; s < node_count(); ++s) solution_.segment<3>(3 * s) = r.segment<3>(3 * nodes_[s]);
     cholesky_.solve(solution_, solution_);
 }
 

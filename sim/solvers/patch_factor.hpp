@@ -35,7 +35,7 @@ class PatchFactor {
     void factorize_nearly(const CoupledSystem& system, const CouplingSum& couplings,
                           const std::vector<char>& inside);
 
-    int node_count() const noexcept { return static_cast<int>(nodes_.size()); }
+    int node_count() const noexcept { return nodes_.size(); }
     bool empty() const noexcept { return nodes_.empty(); }
 
     /// r = -A v on the patch, in double precision. The system must be the factorised one.

@@ -101,13 +101,13 @@ std::vector<Eigen::Vector3d> World::cluster_centres(const std::vector<Eigen::Vec
     std::vector<double> mass(bodies_.size(), 0);
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
         if (clusters[b] < 0) continue;
-        const auto first = static_cast<std::size_t>(clusters[b]);
+        const std::size_t first = clusters[b];
         sums[first] += bodies_[b].elastic->mass() * (centres[b] - centres[first]);
         mass[first] += bodies_[b].elastic->mass();
     }
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
         if (clusters[b] < 0) continue;
-        const auto first = static_cast<std::size_t>(clusters[b]);
+        const std::size_t first = clusters[b];
         result[b] = centres[first] + sums[first] / mass[first];
     }
     return result;
@@ -124,8 +124,8 @@ std::vector<Eigen::Vector3d> World::missing_velocities(double dt, const Eigen::V
         if (clusters[b] < 0) continue;
         const Body& body = bodies_[b];
         const double damped = 1 + dt * body.elastic->material().rayleigh_mass;
-        const Nodes change = damped * body_part(static_cast<int>(b), v) - body.state.v;
-        const auto first = static_cast<std::size_t>(clusters[b]);
+        const Nodes change = damped * body_part(b, v) - body.state.v;
+        const std::size_t first = clusters[b];
         missing[first] +=
             dt * (body.elastic->mass() * config_.gravity + body.forces.colwise().sum().transpose()) -
             change.transpose() * body.elastic->node_masses();
@@ -133,7 +133,7 @@ std::vector<Eigen::Vector3d> World::missing_velocities(double dt, const Eigen::V
     }
     for (std::size_t b = bodies_.size(); b-- > 0;) {  // the first of a cluster is the last to change
         if (clusters[b] < 0) continue;
-        const auto first = static_cast<std::size_t>(clusters[b]);
+        const std::size_t first = clusters[b];
         missing[b] = missing[first] / mass[first];
     }
     return missing;
@@ -144,9 +144,8 @@ double World::add_missing_velocities(double dt, Eigen::VectorXd& v) const {
     const std::vector<Eigen::Vector3d> missing = missing_velocities(dt, v);
     double largest = 0;
     for (int b = 0; b < body_count(); ++b) {
-        const Eigen::Vector3d& by = missing[static_cast<std::size_t>(b)];
-        Eigen::Map<Nodes> part(v.data() + first_unknown_[static_cast<std::size_t>(b)], at(b).state.v.rows(),
-                               3);
+        const Eigen::Vector3d& by = missing[b];
+        Eigen::Map<Nodes> part(v.data() + first_unknown_[b], at(b).state.v.rows(), 3);
         part.rowwise() += by.transpose();
         if (!by.isZero(0)) largest = std::max(largest, by.norm() / part.rowwise().norm().maxCoeff());
     }
@@ -159,7 +158,7 @@ double World::add_missing_velocities(double dt, Eigen::VectorXd& v) const {
 double World::imbalance(int b, double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& contact_impulses,
                         const Eigen::VectorXd& rounding) const {
     const Body& body = at(b);
-    const StepSystem& system = systems_[static_cast<std::size_t>(b)];
+    const StepSystem& system = systems_[b];
     const Eigen::VectorXd& masses = body.elastic->node_masses();
     const Nodes residual = body_part(b, barrier_solver_.residual()), contact = body_part(b, contact_impulses);
     const Nodes v_of_body = body_part(b, v);
@@ -169,7 +168,7 @@ double World::imbalance(int b, double dt, const Eigen::VectorXd& v, const Eigen:
     const double size =
         std::max(body.state.x.cwiseAbs().maxCoeff(), (body.state.x + dt * v_of_body).cwiseAbs().maxCoeff());
     double missing = 0, of_loads = 0, of_elasticity = 0, of_contacts = 0, noise = 0;  // squared norms
-    for (int i = 0; i < static_cast<int>(masses.size()); ++i) {
+    for (int i = 0; i < std::ssize(masses); ++i) {
         if (system.is_prescribed(i)) continue;
         const Eigen::RowVector3d load =
             dt * (masses[i] * config_.gravity.transpose() + body.forces.row(i)) - drag.row(i);
@@ -178,7 +177,7 @@ double World::imbalance(int b, double dt, const Eigen::VectorXd& v, const Eigen:
         of_loads += load.squaredNorm() / masses[i];
         of_elasticity += elastic.squaredNorm() / masses[i];
         of_contacts += contact.row(i).squaredNorm() / masses[i];
-        const double rounded = size * rounding[first_unknown_[static_cast<std::size_t>(b)] / 3 + i];
+        const double rounded = size * rounding[first_unknown_[b] / 3 + i];
         noise += rounded * rounded / masses[i];
     }
     if (missing <= noise) return 0;
@@ -301,8 +300,7 @@ double World::search_apart(double dt, const Eigen::VectorXd& v, const Eigen::Vec
         std::vector<double> terms{barrier().energy(s), barrier_solver_.friction_potential(at_s)};
         for (int b = 0; b < body_count() && std::isfinite(terms.front()); ++b) {
             const Loads outer = loads(at(b));
-            terms.push_back(StepPotential(*at(b).elastic, start_of(at(b)), dt, outer,
-                                          systems_[static_cast<std::size_t>(b)].elements())
+            terms.push_back(StepPotential(*at(b).elastic, start_of(at(b)), dt, outer, systems_[b].elements())
                                 .value(body_part(b, at_s)));
         }
         return terms;

@@ -35,16 +35,16 @@ PrescribedNodes World::prescribed(const Body& body, double dt) const {
         const Grip& grip = body.grips[g];
         if (time_ >= grip.release) continue;
         for (std::size_t k = 0; k < grip.nodes.size(); ++k) {
-            const Eigen::Vector3d x0 = body.grip_start[g].row(static_cast<Eigen::Index>(k));
+            const Eigen::Vector3d x0 = body.grip_start[g].row(k);
             add(grip.nodes[k], grip_target(grip, x0, time_ + dt));
         }
     }
     const std::vector<int> gripped = result.nodes;  // after a restore, some driven nodes may be gripped again
     for (std::size_t k = 0; k < body.driven.nodes.size(); ++k)
         if (std::ranges::find(gripped, body.driven.nodes[k]) == gripped.end())
-            add(body.driven.nodes[k], body.driven.at(static_cast<Eigen::Index>(k), time_ + dt));
-    result.v.resize(static_cast<Eigen::Index>(v.size()), 3);
-    for (std::size_t i = 0; i < v.size(); ++i) result.v.row(static_cast<Eigen::Index>(i)) = v[i];
+            add(body.driven.nodes[k], body.driven.at(k, time_ + dt));
+    result.v.resize(v.size(), 3);
+    for (std::size_t i = 0; i < v.size(); ++i) result.v.row(i) = v[i];
     return result;
 }
 
@@ -64,9 +64,8 @@ Eigen::VectorXd World::stacked(Nodes (World::*velocities)(const Body&) const,
 void World::build_systems(const std::vector<PrescribedNodes>& given, const Eigen::VectorXd* iterate) {
     for (int b = 0; b < body_count(); ++b) {
         const Body& body = at(b);
-        systems_[static_cast<std::size_t>(b)].assemble(start_of(body), body.start.step, loads(body),
-                                                       iterate ? body_part(b, *iterate) : first_iterate(body),
-                                                       config_.step.tangent);
+        systems_[b].assemble(start_of(body), body.start.step, loads(body),
+                             iterate ? body_part(b, *iterate) : first_iterate(body), config_.step.tangent);
     }
     for (std::size_t b = 0; b < bodies_.size(); ++b) systems_[b].prescribe(given[b]);
 }
@@ -126,7 +125,7 @@ void World::search_line(const Eigen::VectorXd& from, Eigen::VectorXd& to) {
         for (int b = 0; b < body_count(); ++b) {
             const Loads outer = loads(at(b));
             sum += StepPotential(*at(b).elastic, start_of(at(b)), at(b).start.step, outer,
-                                 systems_[static_cast<std::size_t>(b)].elements())
+                                 systems_[b].elements())
                        .value(body_part(b, v));
         }
         return sum;
@@ -142,19 +141,18 @@ double World::residual(const Eigen::VectorXd& v) {
     constexpr double unit = 4 * std::numeric_limits<double>::epsilon();
     Eigen::VectorXd off = -solver_.impulses(v), rounding = Eigen::VectorXd::Zero(v.size());
     for (int b = 0; b < body_count(); ++b) {
-        const StepSystem& system = systems_[static_cast<std::size_t>(b)];
+        const StepSystem& system = systems_[b];
         const Loads outer = loads(at(b));
         const Nodes own =
             StepPotential(*at(b).elastic, start_of(at(b)), at(b).start.step, outer, system.elements())
                 .gradient(body_part(b, v));
-        Eigen::Map<Nodes>(off.data() + first_unknown_[static_cast<std::size_t>(b)], own.rows(), 3) += own;
+        Eigen::Map<Nodes>(off.data() + first_unknown_[b], own.rows(), 3) += own;
         const auto& diagonal = system.matrix().diagonal();
         for (int i = 0; i < own.rows(); ++i) {
-            const int first = first_unknown_[static_cast<std::size_t>(b)] + 3 * i;
+            const int first = first_unknown_[b] + 3 * i;
             const double motion =
                 v.segment<3>(first).norm() + start_of(at(b)).x.row(i).norm() / at(b).start.step.dt;
-            rounding.segment<3>(first).setConstant(2 * unit * diagonal[static_cast<std::size_t>(i)].norm() *
-                                                   motion);
+            rounding.segment<3>(first).setConstant(2 * unit * diagonal[i].norm() * motion);
         }
     }
     return solver_.share_of_scales(off, rounding);

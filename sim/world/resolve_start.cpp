@@ -29,7 +29,7 @@ std::vector<StartMove> World::resolve_start() {
     };
     const auto move = [&](int body, const Eigen::Vector3d& by) {
         at(body).state.x.rowwise() += by.transpose();
-        moves[static_cast<std::size_t>(body)].by += by;
+        moves[body].by += by;
     };
     const double room = 2 * thickness();
     std::vector<Intersection> found;
@@ -62,8 +62,7 @@ std::vector<StartMove> World::resolve_start() {
         std::map<std::pair<int, int>, std::vector<Intersection>> by_pair;
         for (const Intersection& i : found) by_pair[{i.surface_a, i.surface_b}].push_back(i);
         for (const auto& [pair, intersections] : by_pair) {
-            const MovingSurface &a = surfaces[static_cast<std::size_t>(pair.first)],
-                                &b = surfaces[static_cast<std::size_t>(pair.second)];
+            const MovingSurface &a = surfaces[pair.first], &b = surfaces[pair.second];
             if (pair.first == pair.second || a.is_obstacle() || b.is_obstacle() ||
                 !(can_move(a.body()) || can_move(b.body())))
                 continue;

@@ -20,8 +20,7 @@ World::PartStart World::part_start() const {
 
 void World::take_back(const PartStart& start) {
     reset(start.snapshot);
-    for (int b = 0; b < body_count(); ++b)
-        at(b).contact_forces = start.contact_forces[static_cast<std::size_t>(b)];
+    for (int b = 0; b < body_count(); ++b) at(b).contact_forces = start.contact_forces[b];
 }
 
 const char* name(StepTrouble trouble) noexcept {

@@ -13,7 +13,7 @@ void World::choose_steps(double dt) {
     std::vector<char> is_hit(bodies_.size(), 0);
     for (const Contact& contact : detection_.contacts())
         for (const SurfacePoint* point : {&contact.a, &contact.b})
-            if (point->body >= 0) is_hit[static_cast<std::size_t>(point->body)] = 1;
+            if (point->body >= 0) is_hit[point->body] = 1;
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
         Body& body = bodies_[b];
         const bool jumps = std::ranges::any_of(body.grips, [&](const Grip& grip) {

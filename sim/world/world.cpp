@@ -21,15 +21,14 @@ LinearSolveConfig linear_config(const WorldConfig& config) {
 
 /// The largest Young's modulus of the tetrahedra that a surface hangs on.
 double surface_young(const ElasticBody& elastic, const Embedding& W) {
-    std::vector<char> carries(static_cast<std::size_t>(W.cols()), 0);
+    std::vector<char> carries(W.cols(), 0);
     for (Eigen::Index v = 0; v < W.rows(); ++v)
         for (Embedding::InnerIterator it(W, v); it; ++it)
-            if (it.value() != 0) carries[static_cast<std::size_t>(it.col())] = 1;
+            if (it.value() != 0) carries[it.col()] = 1;
     double largest = 0;
     for (int t = 0; t < elastic.element_count(); ++t)
         for (int a = 0; a < 4; ++a)
-            if (carries[static_cast<std::size_t>(elastic.rest().T(t, a))])
-                largest = std::max(largest, elastic.young(t));
+            if (carries[elastic.rest().T(t, a)]) largest = std::max(largest, elastic.young(t));
     return largest;
 }
 
@@ -119,14 +118,14 @@ void World::drive(int body, std::vector<int> nodes, Nodes targets) {
         throw std::invalid_argument(
             fmt::format("world: {} driven nodes need as many targets, not {}", nodes.size(), targets.rows()));
     if (!targets.allFinite()) throw std::invalid_argument("world: a target of driven nodes is not finite");
-    std::vector<char> is_taken(static_cast<std::size_t>(count), 0);
+    std::vector<char> is_taken(count, 0);
     for (const Grip& grip : driven.grips)
-        for (const int node : grip.nodes) is_taken[static_cast<std::size_t>(node)] = time_ < grip.release;
+        for (const int node : grip.nodes) is_taken[node] = time_ < grip.release;
     for (const int node : nodes) {
         if (node < 0 || node >= count)
             throw std::invalid_argument(
                 fmt::format("world: driven node {} is not in 0..{}", node, count - 1));
-        if (std::exchange(is_taken[static_cast<std::size_t>(node)], 1) != 0)
+        if (std::exchange(is_taken[node], 1) != 0)
             throw std::invalid_argument(
                 fmt::format("world: driven node {} is named twice, or held by a grip", node));
     }
@@ -182,8 +181,7 @@ void World::begin_pose(Body& body, PosedTree& tree) {
 }
 
 Nodes World::body_part(int body, const Eigen::VectorXd& stacked) const {
-    return Eigen::Map<const Nodes>(stacked.data() + first_unknown_[static_cast<std::size_t>(body)],
-                                   at(body).state.v.rows(), 3);
+    return Eigen::Map<const Nodes>(stacked.data() + first_unknown_[body], at(body).state.v.rows(), 3);
 }
 
 bool World::has_vertex(int body, int vertex) const {
@@ -214,7 +212,7 @@ void World::restore(const WorldSnapshot& snapshot) {
             return state.x.rows() == elastic(b).node_count() && state.v.rows() == elastic(b).node_count() &&
                    state.x.allFinite() && state.v.allFinite();
         };
-        const auto body = static_cast<std::size_t>(b);
+        const std::size_t body = b;
         const BodyState before = snapshot.before.empty() ? BodyState{} : snapshot.before[body];
         const Nodes velocities =
             snapshot.velocities_before.empty() ? Nodes{} : snapshot.velocities_before[body];
@@ -238,7 +236,7 @@ void World::restore(const WorldSnapshot& snapshot) {
         const bool is_there = i < starts.vertices.size() && i < starts.depths.size();
         const int other = is_there ? starts.vertices[i][1] : 0;
         if (!is_there || !has_vertex(starts.vertices[i][0], starts.vertices[i][2]) ||
-            !(other >= 0 ? has_vertex(other, 0) : -1 - other < static_cast<int>(obstacles_.size())) ||
+            !(other >= 0 ? has_vertex(other, 0) : -1 - other < std::ssize(obstacles_)) ||
             !(starts.depths[i] > 0))
             throw std::invalid_argument(
                 fmt::format("world: entry {} of the snapshot's start depths does not fit the bodies", i));
@@ -253,13 +251,11 @@ void World::restore(const WorldSnapshot& snapshot) {
 
 void World::reset(const WorldSnapshot& snapshot) {
     for (int b = 0; b < body_count(); ++b) {
-        at(b).state = snapshot.bodies[static_cast<std::size_t>(b)];
+        at(b).state = snapshot.bodies[b];
         at(b).before.reset();
-        if (!snapshot.before.empty() && snapshot.before[static_cast<std::size_t>(b)].x.size() > 0)
-            at(b).before = snapshot.before[static_cast<std::size_t>(b)];
-        at(b).velocities_before = snapshot.velocities_before.empty()
-                                      ? Nodes{}
-                                      : snapshot.velocities_before[static_cast<std::size_t>(b)];
+        if (!snapshot.before.empty() && snapshot.before[b].x.size() > 0) at(b).before = snapshot.before[b];
+        at(b).velocities_before =
+            snapshot.velocities_before.empty() ? Nodes{} : snapshot.velocities_before[b];
     }
     time_ = snapshot.time;
     dt_before_ = snapshot.dt_before;

@@ -157,7 +157,7 @@ class World {
     /// step, without contact forces.
     WorldReport step(double dt);
 
-    int body_count() const noexcept { return static_cast<int>(bodies_.size()); }
+    int body_count() const noexcept { return bodies_.size(); }
     std::span<const Obstacle> obstacles() const noexcept { return obstacles_; }  // as they were added
     double time() const noexcept { return time_; }
     const Eigen::Vector3d& origin() const noexcept { return config_.origin; }
@@ -250,8 +250,8 @@ class World {
     };
 
     std::shared_ptr<const ContactShape> contact_shape(WorldBody& body, const WideTree* tree) const;
-    Body& at(int body) { return bodies_.at(static_cast<std::size_t>(body)); }
-    const Body& at(int body) const { return bodies_.at(static_cast<std::size_t>(body)); }
+    Body& at(int body) { return bodies_.at(body); }
+    const Body& at(int body) const { return bodies_.at(body); }
     bool has_vertex(int body, int vertex) const;
     Nodes body_part(int body, const Eigen::VectorXd& stacked) const;
     static bool takes_bdf2(const Body& body) noexcept { return body.start.state.x.size() > 0; }

@@ -62,7 +62,7 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
     for (int b = 0; b < body_count(); ++b) {
         Body& body = at(b);
         starts.centres.push_back(centre_of_mass(*body.elastic, body.state.x));
-        const ElementReport elements = body.elastic->measure(ends[static_cast<std::size_t>(b)]);
+        const ElementReport elements = body.elastic->measure(ends[b]);
         inverted += elements.inverted;
         std::string failure = pose_failure(b, elements, body.elastic->element_count(), config_.limits);
         if (!failure.empty()) return failure;
@@ -77,7 +77,7 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
     std::vector<std::optional<RigidMatrix>> inertia;
     for (int b = 0; b < body_count(); ++b) {
         Body& body = at(b);
-        const auto index = static_cast<std::size_t>(b);
+        const std::size_t index = b;
         Momentum momentum = end_momentum(body, ends[index], of_contacts[index]);
         advance(body, body_part(b, v));
         const Momentum solved = momentum_of(*body.elastic, body.state);
@@ -101,8 +101,7 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
         // step. Without intersections solver_ has none, and bodies move as free ones.
         const ContactSolver::RigidResponse response = solver_.response(v, missing, inertia, starts);
         impulses += response.impulses;
-        for (int b = 0; b < body_count(); ++b)
-            add_motion(*at(b).elastic, response.motions[static_cast<std::size_t>(b)], at(b).state);
+        for (int b = 0; b < body_count(); ++b) add_motion(*at(b).elastic, response.motions[b], at(b).state);
     }
     for (int b = 0; b < body_count(); ++b)
         at(b).contact_forces += part.share / part.dt * body_part(b, impulses);

@@ -175,7 +175,7 @@ class VarietyTest : public test::FileTest {
     /// Records frames stretched by the given factors along x and moved rigidly.
     std::filesystem::path record(const std::vector<double>& stretches, const std::string& failure = {}) {
         RecordingWriter file(folder / "data.h5");
-        const int nodes = static_cast<int>(body_.tets.X.rows());
+        const int nodes = body_.tets.X.rows();
         const int handle =
             file.begin_trajectory({0, 1, body_hash(body_), R"({"kind": "free"})", "", 0}, nodes);
         std::vector<std::int32_t> contacts;

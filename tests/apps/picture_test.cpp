@@ -19,8 +19,8 @@ struct Pixels {
         image.version = PNG_IMAGE_VERSION;
         if (!png_image_begin_read_from_file(&image, path.c_str())) throw std::runtime_error(image.message);
         image.format = PNG_FORMAT_RGB;
-        width = static_cast<int>(image.width);
-        height = static_cast<int>(image.height);
+        width = image.width;
+        height = image.height;
         rgb.resize(PNG_IMAGE_SIZE(image));
         png_image_finish_read(&image, nullptr, rgb.data(), 0, nullptr);
     }

@@ -47,7 +47,7 @@ TerminalRun::~TerminalRun() {
 bool TerminalRun::read_some() {
     std::array<char, 4096> bytes;
     const ssize_t n = read(terminal_, bytes.data(), bytes.size());  // fails when the program has ended
-    if (n > 0) printed_.append(bytes.data(), static_cast<std::size_t>(n));
+    if (n > 0) printed_.append(bytes.data(), n);
     return n > 0;
 }
 

@@ -124,7 +124,7 @@ TEST(QuadraticMesh, CutsTheMiddleAlongItsShortestDiagonal) {
     std::array<int, 3> chosen{};
     for (const std::array<int, 4>& order : {std::array{0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}}) {
         TetMesh tet = skewed_tet();
-        for (int k = 0; k < 4; ++k) tet.T(0, k) = order[static_cast<std::size_t>(k)];
+        for (int k = 0; k < 4; ++k) tet.T(0, k) = order[k];
         const QuadraticMesh middle = add_midpoints(tet);
         const TetMesh fine = split(middle);
         for (Eigen::Index t = 0; t < 8; ++t)
@@ -133,7 +133,7 @@ TEST(QuadraticMesh, CutsTheMiddleAlongItsShortestDiagonal) {
             return (middle.X.row(middle.T(0, d[0])) - middle.X.row(middle.T(0, d[1]))).norm();
         };
         const auto shortest = std::ranges::min_element(diagonals, {}, length);
-        ++chosen[static_cast<std::size_t>(shortest - diagonals.begin())];
+        ++chosen[shortest - diagonals.begin()];
         int around = 0;
         for (Eigen::Index t = 0; t < 8; ++t)
             around += (fine.T.row(t).array() == middle.T(0, (*shortest)[0])).any() &&

@@ -36,7 +36,7 @@ Modes make_modes(const Surface& s, int mode_count, int representatives, unsigned
     c.X.resize(representatives, 3);
     Eigen::MatrixXf rows(3 * representatives, mode_count);
     for (int i = 0; i < representatives; ++i) {
-        const Eigen::Index v = c.representatives[static_cast<std::size_t>(i)];
+        const Eigen::Index v = c.representatives[i];
         c.X.row(i) = s.X.row(v);
         rows.middleRows<3>(3 * i) = modes.U.middleRows<3>(3 * v);
     }
@@ -73,7 +73,7 @@ NbdModel random_model(const SphereTree& tree, const ClusteredModes& modes, int h
                                static_cast<std::size_t>(NbdNetworks::weight_count(m, hidden)));
     for (float& w : weights) w = 0.3f * uniform(random);
     model.networks = NbdNetworks(m, hidden, weights);
-    const auto nodes = static_cast<Eigen::Index>(tree.nodes.size());
+    const Eigen::Index nodes = tree.nodes.size();
     model.out_centre = Eigen::MatrixXf::NullaryExpr(
         4, nodes, [&](Eigen::Index, Eigen::Index) { return 0.05f * uniform(random); });
     model.out_scale = Eigen::MatrixXf::NullaryExpr(

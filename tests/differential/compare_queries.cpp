@@ -52,7 +52,7 @@ Soup make_soup(std::uint64_t seed, int number) {
     hang_on_nodes(tree, W, soup.x);
     const auto shared = std::make_shared<const CollisionTree>(std::move(tree));
     for (const BoundKind kind : kinds) soup.posed.emplace_back(shared, kind);
-    soup.triangles.resize(static_cast<std::size_t>(faces));
+    soup.triangles.resize(faces);
     return soup;
 }
 
@@ -63,17 +63,14 @@ void begin_pose(CounterRandom& random, int width, int shift, Soup& soup) {
                                       : soup.posed[k].begin_pose(soup.x);
     for (Eigen::Index f = 0; f < soup.F.rows(); ++f)
         for (int c = 0; c < 3; ++c)
-            soup.triangles[static_cast<std::size_t>(f)][static_cast<std::size_t>(c)] =
-                soup.x.row(soup.F(f, c)).transpose().cast<std::int64_t>();
+            soup.triangles[f][c] = soup.x.row(soup.F(f, c)).transpose().cast<std::int64_t>();
 }
 
 std::vector<FacePair> expected_pairs(const Soup& a, const Soup& b) {
     std::vector<FacePair> pairs;
     for (int f = 0; f < a.F.rows(); ++f)
         for (int g = 0; g < b.F.rows(); ++g)
-            if (grid_triangles_intersect(a.triangles[static_cast<std::size_t>(f)],
-                                         b.triangles[static_cast<std::size_t>(g)]))
-                pairs.push_back({f, g});
+            if (grid_triangles_intersect(a.triangles[f], b.triangles[g])) pairs.push_back({f, g});
     return pairs;
 }
 
@@ -108,8 +105,7 @@ Comparison compare_queries(std::uint64_t seed, long cases) {
     for (std::uint64_t round = 0; comparison.cases < cases; ++round) {
         CounterRandom random(seed, soups + round);
         const int width = 1 + random.index(24), first = random.index(soups);
-        Soup &a = all[static_cast<std::size_t>(first)],
-             &b = all[static_cast<std::size_t>((first + 1 + random.index(soups - 1)) % soups)];
+        Soup &a = all[first], &b = all[(first + 1 + random.index(soups - 1)) % soups];
         begin_pose(random, width, 0, a);
         begin_pose(random, width, width - 1 + random.index(3), b);
         const auto pairs = expected_pairs(a, b), own = expected_pairs(a);

@@ -32,7 +32,7 @@ bool segment_meets_an_edge(const GridPoint& p, const GridPoint& q, const GridTri
 /// Whether the point x / scale of the triangle's plane lies in the triangle, whose normal is n, not zero.
 bool is_inside(const GridPoint& x, Whole scale, const GridTriangle& t, const GridPoint& n) {
     for (int i = 0; i < 3; ++i) {
-        const GridPoint &a = t[static_cast<std::size_t>(i)], &b = t[static_cast<std::size_t>((i + 1) % 3)];
+        const GridPoint &a = t[i], &b = t[(i + 1) % 3];
         if ((b - a).cross(x - scale * a).dot(n) < 0) return false;
     }
     return true;

@@ -43,8 +43,8 @@ std::string text_of(const fs::path& file) {
 void read_recording(const fs::path& file) {
     const RecordingReader recording(file);
     Vertices x;
-    for (int t = 0; t < static_cast<int>(recording.trajectories().size()); ++t) {
-        const int frames = recording.trajectories()[static_cast<std::size_t>(t)].frames;
+    for (int t = 0; t < std::ssize(recording.trajectories()); ++t) {
+        const int frames = recording.trajectories()[t].frames;
         recording.times(t);
         recording.facts(t);
         if (frames > 0) recording.read(t, frames - 1, 1, x);

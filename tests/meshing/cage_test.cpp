@@ -71,11 +71,11 @@ TriMesh cut_sphere(double height) {
 
 /// Keeps the vertices that faces use; the sphere's others would be dropped.
 TriMesh without_loose_vertices(const TriMesh& mesh) {
-    std::vector<int> row(static_cast<std::size_t>(mesh.X.rows()), -1);
+    std::vector<int> row(mesh.X.rows(), -1);
     TriMesh kept{Nodes(mesh.X.rows(), 3), mesh.F};
     int count = 0;
     for (int& v : kept.F.reshaped<Eigen::RowMajor>()) {
-        int& number = row[static_cast<std::size_t>(v)];
+        int& number = row[v];
         if (number < 0) {
             kept.X.row(count) = mesh.X.row(v);
             number = count++;
@@ -118,7 +118,7 @@ TEST(CageBody, HoldsCrossingBoxes) {
 
 TEST(CageBody, KeepsDuplicateAndFlatFaces) {
     TriMesh soup = test::icosphere(3);
-    const int faces = static_cast<int>(soup.F.rows()), vertices = static_cast<int>(soup.X.rows());
+    const int faces = soup.F.rows(), vertices = soup.X.rows();
     soup.F.conservativeResize(faces + 3, 3);
     soup.X.conservativeResize(vertices + 3, 3);
     soup.X.bottomRows(3) << 0, 0, 1.25, 0, 0, 1.5, 0, 0, 1.75;  // belong only to a face without area

@@ -26,7 +26,7 @@ TEST(BoundarySurface, EqualsTheSurfaceThatWasFilled) {
 
 TEST(BoundarySurface, LeavesOutInnerNodesInAnyOrder) {
     TetMesh tets = tetrahedralize(test::box(1, 1, 1, 4)).tets;
-    const int n = static_cast<int>(tets.X.rows());
+    const int n = tets.X.rows();
     tets.X = tets.X.colwise().reverse().eval();  // inner nodes first
     for (int& node : tets.T.reshaped()) node = n - 1 - node;
     const TriMesh boundary = boundary_surface(tets);

@@ -17,7 +17,7 @@ std::vector<std::array<double, 12>> corners(const TetMesh& tets) {
     for (Eigen::Index t = 0; t < tets.T.rows(); ++t) {
         std::array<double, 12> at;
         for (int a = 0; a < 4; ++a)
-            for (int i = 0; i < 3; ++i) at[static_cast<std::size_t>(3 * a + i)] = tets.X(tets.T(t, a), i);
+            for (int i = 0; i < 3; ++i) at[3 * a + i] = tets.X(tets.T(t, a), i);
         all.push_back(at);
     }
     std::ranges::sort(all);
@@ -38,8 +38,7 @@ TetMesh shuffled_box() {
     const Eigen::Index nodes = box.X.rows(), tets = box.T.rows();
     for (Eigen::Index i = 0; i < nodes; ++i) result.X.row(i * 1009 % nodes) = box.X.row(i);
     for (Eigen::Index t = 0; t < tets; ++t)
-        for (int a = 0; a < 4; ++a)
-            result.T(t * 1013 % tets, a) = static_cast<int>(box.T(t, a) * 1009 % nodes);
+        for (int a = 0; a < 4; ++a) result.T(t * 1013 % tets, a) = box.T(t, a) * 1009 % nodes;
     return result;
 }
 

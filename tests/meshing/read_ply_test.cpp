@@ -57,7 +57,7 @@ std::string ply_of_strips(const std::string& strips, int count) {
 }
 
 Faces faces(std::initializer_list<std::array<int, 3>> rows) {
-    Faces F(static_cast<Eigen::Index>(rows.size()), 3);
+    Faces F(rows.size(), 3);
     Eigen::Index f = 0;
     for (const auto& [a, b, c] : rows) F.row(f++) << a, b, c;
     return F;

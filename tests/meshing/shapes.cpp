@@ -46,8 +46,7 @@ TriMesh icosphere(int level) {
         std::map<std::pair<int, int>, int> middle;
         Faces F(mesh.F.rows() * 4, 3);
         const auto split = [&](int a, int b) {
-            const auto [found, is_new] =
-                middle.try_emplace(std::minmax(a, b), static_cast<int>(mesh.X.rows()));
+            const auto [found, is_new] = middle.try_emplace(std::minmax(a, b), mesh.X.rows());
             if (is_new) {
                 mesh.X.conservativeResize(mesh.X.rows() + 1, 3);
                 mesh.X.bottomRows(1) = (mesh.X.row(a) + mesh.X.row(b)) / 2;
@@ -83,7 +82,7 @@ TriMesh box(double x, double y, double z, int n) {
     std::map<std::array<int, 3>, int> number;
     std::vector<std::array<int, 3>> faces, places;
     const auto corner = [&](int i, int j, int k) {
-        const auto [found, is_new] = number.try_emplace({i, j, k}, static_cast<int>(places.size()));
+        const auto [found, is_new] = number.try_emplace({i, j, k}, places.size());
         if (is_new) places.push_back({i, j, k});
         return found->second;
     };
@@ -101,13 +100,10 @@ TriMesh box(double x, double y, double z, int n) {
             square(corner(i, 0, j), corner(p, 0, j), corner(p, 0, q), corner(i, 0, q));
             square(corner(i, n, j), corner(i, n, q), corner(p, n, q), corner(p, n, j));
         }
-    TriMesh mesh{Nodes(static_cast<Eigen::Index>(places.size()), 3),
-                 Faces(static_cast<Eigen::Index>(faces.size()), 3)};
+    TriMesh mesh{Nodes(places.size(), 3), Faces(faces.size(), 3)};
     for (std::size_t v = 0; v < places.size(); ++v)
-        mesh.X.row(static_cast<Eigen::Index>(v)) << x * places[v][0] / n, y * places[v][1] / n,
-            z * places[v][2] / n;
-    for (std::size_t f = 0; f < faces.size(); ++f)
-        mesh.F.row(static_cast<Eigen::Index>(f)) << faces[f][0], faces[f][1], faces[f][2];
+        mesh.X.row(v) << x * places[v][0] / n, y * places[v][1] / n, z * places[v][2] / n;
+    for (std::size_t f = 0; f < faces.size(); ++f) mesh.F.row(f) << faces[f][0], faces[f][1], faces[f][2];
     return mesh;
 }
 

@@ -46,7 +46,7 @@ TriMesh turned(TriMesh mesh, int first, int count) {
 /// Tetrahedra that index one vertex array; shared vertices are welded.
 TriMesh tetrahedra(std::initializer_list<Eigen::RowVector3d> X,
                    std::initializer_list<std::array<int, 4>> tets) {
-    TriMesh mesh{Nodes(static_cast<int>(X.size()), 3), Faces(static_cast<int>(4 * tets.size()), 3)};
+    TriMesh mesh{Nodes(X.size(), 3), Faces(4 * tets.size(), 3)};
     int row = 0;
     for (const auto& x : X) mesh.X.row(row++) = x;
     row = 0;

@@ -48,7 +48,7 @@ std::string gmsh_2(const TetMesh& tets, bool binary, bool big_endian) {
     header(2, 1, 1);
     if (binary) numbers.int32(1);
     for (const int v : {7, 7, 10, 13, 16}) numbers.int32(v);
-    if (binary) header(4, static_cast<int>(tets.T.rows()), 0);
+    if (binary) header(4, tets.T.rows(), 0);
     for (int t = 0; t < tets.T.rows(); ++t) {
         if (binary) numbers.int32(t + 2);
         if (!binary) header(4, 1, t + 2);
@@ -63,7 +63,7 @@ std::string gmsh_4(const TetMesh& tets, bool binary, bool big_endian) {
     Numbers numbers{out, binary, big_endian};
     if (binary) numbers.int32(1);
     out += "\n$EndMeshFormat\n$Nodes\n";
-    const int n = static_cast<int>(tets.X.rows()), m = static_cast<int>(tets.T.rows()), first = n / 2;
+    const int n = tets.X.rows(), m = tets.T.rows(), first = n / 2;
     for (const int v : {2, n, 10, 10 + 3 * n}) numbers.int64(v);
     for (const auto& [begin, end] : {std::pair(0, first), std::pair(first, n)}) {
         for (const int v : {3, 1, 0}) numbers.int32(v);

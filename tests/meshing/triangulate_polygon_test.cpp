@@ -15,7 +15,7 @@ namespace {
 using Triangles = std::vector<std::array<int, 3>>;
 
 std::vector<int> all_of(const Nodes& X) {
-    std::vector<int> corners(static_cast<std::size_t>(X.rows()));
+    std::vector<int> corners(X.rows());
     std::iota(corners.begin(), corners.end(), 0);
     return corners;
 }
@@ -117,7 +117,7 @@ TEST(TriangulatePolygon, KeepsSurfacesClosedWhereThereIsNoCut) {
     line << 0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4;
     doubled << 0, 0, 0, 2, 0, 0, 1, 1, 0, 2, 2, 0, 0, 2, 0, 1, 1, 0;
     for (const Nodes& X : {bow, line, doubled}) {
-        const int n = static_cast<int>(X.rows());
+        const int n = X.rows();
         Triangles fan;
         for (int i = 1; i + 1 < n; ++i) fan.push_back({0, i, i + 1});
         EXPECT_EQ(triangulate_polygon(X, all_of(X)), fan);

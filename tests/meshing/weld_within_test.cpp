@@ -53,7 +53,7 @@ TriMesh box_with_t_junctions() {
         if (!on_side) rows.push_back({mesh.F(f, 0), mesh.F(f, 1), mesh.F(f, 2)});
     }
     const TriMesh fine = box(1, 1, 1, 2);
-    const int base = static_cast<int>(mesh.X.rows());
+    const int base = mesh.X.rows();
     Nodes X(mesh.X.rows() + fine.X.rows(), 3);
     X << mesh.X, fine.X;
     for (int f = 0; f < fine.F.rows(); ++f) {
@@ -61,9 +61,8 @@ TriMesh box_with_t_junctions() {
         for (int c = 0; c < 3; ++c) on_side = on_side && fine.X(fine.F(f, c), 0) == 1;
         if (on_side) rows.push_back({base + fine.F(f, 0), base + fine.F(f, 1), base + fine.F(f, 2)});
     }
-    TriMesh result{X, Faces(static_cast<Eigen::Index>(rows.size()), 3)};
-    for (std::size_t f = 0; f < rows.size(); ++f)
-        result.F.row(static_cast<Eigen::Index>(f)) << rows[f][0], rows[f][1], rows[f][2];
+    TriMesh result{X, Faces(rows.size(), 3)};
+    for (std::size_t f = 0; f < rows.size(); ++f) result.F.row(f) << rows[f][0], rows[f][1], rows[f][2];
     return result;
 }
 

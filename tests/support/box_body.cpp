@@ -12,19 +12,19 @@ Body boundary_body(TetMesh tets, const Material& material) {
     body.name = "box";
     body.material = material;
     const Faces outer = boundary_faces(tets);
-    std::vector<int> vertex(static_cast<std::size_t>(tets.X.rows()), -1), nodes;
+    std::vector<int> vertex(tets.X.rows(), -1), nodes;
     body.surface.F.resize(outer.rows(), 3);
     for (Eigen::Index f = 0; f < outer.rows(); ++f)
         for (int k = 0; k < 3; ++k) {
-            int& v = vertex[static_cast<std::size_t>(outer(f, k))];
+            int& v = vertex[outer(f, k)];
             if (v < 0) {
-                v = static_cast<int>(nodes.size());
+                v = nodes.size();
                 nodes.push_back(outer(f, k));
             }
             body.surface.F(f, k) = v;
         }
     body.surface.X = tets.X(nodes, Eigen::all);
-    body.W.resize(static_cast<Eigen::Index>(nodes.size()), tets.X.rows());
+    body.W.resize(nodes.size(), tets.X.rows());
     for (std::size_t v = 0; v < nodes.size(); ++v) body.W.insert(static_cast<Eigen::Index>(v), nodes[v]) = 1;
     body.W.makeCompressed();
     body.tets = std::move(tets);

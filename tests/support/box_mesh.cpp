@@ -42,7 +42,7 @@ TetMesh box_mesh(const Eigen::Vector3d& size, const Eigen::Vector3i& cells, doub
 std::vector<int> nodes_where(const Nodes& X, const std::function<bool(const Eigen::Vector3d&)>& test) {
     std::vector<int> found;
     for (Eigen::Index i = 0; i < X.rows(); ++i)
-        if (test(Eigen::Vector3d(X.row(i)))) found.push_back(static_cast<int>(i));
+        if (test(Eigen::Vector3d(X.row(i)))) found.push_back(i);
     return found;
 }
 

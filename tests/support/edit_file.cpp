@@ -11,7 +11,7 @@ void replace_dataset(hid_t file, const std::string& name, const EditFile::Shape&
                      hid_t memory, const void* values) {
     if (H5Lexists(file, name.c_str(), H5P_DEFAULT) > 0) H5Ldelete(file, name.c_str(), H5P_DEFAULT);
     const std::vector<hsize_t> sizes(shape.begin(), shape.end());
-    const hid_t space = H5Screate_simple(static_cast<int>(sizes.size()), sizes.data(), nullptr);
+    const hid_t space = H5Screate_simple(sizes.size(), sizes.data(), nullptr);
     const hid_t dataset =
         H5Dcreate2(file, name.c_str(), stored, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
     if (values) H5Dwrite(dataset, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, values);
@@ -22,7 +22,7 @@ template <class T>
 void set_number(hid_t file, const std::string& name, std::size_t index, T value) {
     const hid_t dataset = H5Dopen2(file, name.c_str(), H5P_DEFAULT), space = H5Dget_space(dataset),
                 type = H5Tget_native_type(H5Dget_type(dataset), H5T_DIR_ASCEND);
-    std::vector<T> values(static_cast<std::size_t>(H5Sget_simple_extent_npoints(space)));
+    std::vector<T> values(H5Sget_simple_extent_npoints(space));
     H5Dread(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
     values.at(index) = value;
     H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());

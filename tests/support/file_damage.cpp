@@ -9,7 +9,7 @@
 namespace nbd::test {
 
 std::size_t FileTest::files_in_folder() const {
-    return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder), {}));
+    return std::distance(std::filesystem::directory_iterator(folder), {});
 }
 
 std::string read_bytes(const std::filesystem::path& path) {
@@ -33,7 +33,7 @@ void expect_damage_is_found(const std::filesystem::path& file,
     const std::string bytes = read_bytes(file), whole = load(file);
     const std::filesystem::path damaged = file.parent_path() / "damaged.h5";
     std::mt19937_64 random(7);
-    const auto place = [&] { return static_cast<std::size_t>(random() % bytes.size()); };
+    const auto place = [&] { return random() % bytes.size(); };
     const auto check = [&](const std::string& content, const std::string& what) {
         write_bytes(damaged, content);
         std::string result;

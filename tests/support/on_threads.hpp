@@ -8,8 +8,7 @@ namespace nbd::test {
 /// Result of `work` with `threads` threads in its parallel loops, regardless of the number of cores.
 template <class Work>
 auto on_threads(int threads, Work&& work) {
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
-                                    static_cast<std::size_t>(threads));
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
     tbb::task_arena arena(threads);
     return arena.execute(work);
 }

@@ -21,40 +21,38 @@ void surface_grid(int cells, Vertices& X, Faces& F) {
     std::vector<std::array<int, 3>> points;
     std::vector<std::array<int, 3>> faces;
     const auto vertex = [&](const std::array<int, 3>& p) {
-        const auto [at, fresh] = number.try_emplace(p, static_cast<int>(points.size()));
+        const auto [at, fresh] = number.try_emplace(p, points.size());
         if (fresh) points.push_back(p);
         return at->second;
     };
     for (int axis = 0; axis < 3; ++axis)
         for (int side = 0; side < 2; ++side) {
-            const auto u = static_cast<std::size_t>((axis + 1) % 3),
-                       v = static_cast<std::size_t>((axis + 2) % 3);
+            const std::size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
             for (int i = 0; i < count[u]; ++i)
                 for (int j = 0; j < count[v]; ++j) {
                     std::array<int, 4> quad{};
                     for (int corner = 0; corner < 4; ++corner) {
                         std::array<int, 3> p{};
-                        p[static_cast<std::size_t>(axis)] = side * count[static_cast<std::size_t>(axis)];
+                        p[axis] = side * count[axis];
                         p[u] = i + (corner == 1 || corner == 2);
                         p[v] = j + (corner >= 2);
-                        quad[static_cast<std::size_t>(corner)] = vertex(p);
+                        quad[corner] = vertex(p);
                     }
                     if (side == 0) std::swap(quad[1], quad[3]);
                     faces.push_back({quad[0], quad[1], quad[2]});
                     faces.push_back({quad[0], quad[2], quad[3]});
                 }
         }
-    X.resize(static_cast<Eigen::Index>(points.size()), 3);
+    X.resize(points.size(), 3);
     for (Eigen::Index i = 0; i < X.rows(); ++i)
         for (int a = 0; a < 3; ++a) {
-            const auto axis = static_cast<std::size_t>(a);
-            const float s = static_cast<float>(points[static_cast<std::size_t>(i)][axis]) /
-                            static_cast<float>(count[axis]);
+            const std::size_t axis = a;
+            const float s = static_cast<float>(points[i][axis]) / static_cast<float>(count[axis]);
             X(i, a) = a == 0 ? 4 * s : s - 0.5f;
         }
-    F.resize(static_cast<Eigen::Index>(faces.size()), 3);
+    F.resize(faces.size(), 3);
     for (Eigen::Index i = 0; i < F.rows(); ++i)
-        for (int a = 0; a < 3; ++a) F(i, a) = faces[static_cast<std::size_t>(i)][static_cast<std::size_t>(a)];
+        for (int a = 0; a < 3; ++a) F(i, a) = faces[i][a];
 }
 
 /// Trilinear weights in the lattice cell that contains the vertex.

@@ -17,7 +17,7 @@ TreeFile example_tree(const ExampleTree& config) {
     file.W.setIdentity();
     CollisionTree& tree = file.tree;
     tree = make_exact_tree(X, F, {.depth = config.depth, .min_leaf_faces = 4});
-    const auto nodes = static_cast<Eigen::Index>(tree.spheres.nodes.size());
+    const Eigen::Index nodes = tree.spheres.nodes.size();
 
     ClusteredModes modes;
     for (int i = 0; i < config.representatives; ++i) modes.representatives.push_back(i * 3 % (n * n));
@@ -33,8 +33,7 @@ TreeFile example_tree(const ExampleTree& config) {
     constexpr int hidden = 32;
     const Eigen::VectorXf weights =
         Eigen::VectorXf::Random(nodes * NbdNetworks::weight_count(config.modes, hidden));
-    tree.nbd->networks = NbdNetworks(config.modes, hidden,
-                                     std::span(weights.data(), static_cast<std::size_t>(weights.size())));
+    tree.nbd->networks = NbdNetworks(config.modes, hidden, std::span(weights.data(), weights.size()));
     tree.nbd->out_centre = Eigen::MatrixXf::Random(NbdModel::outputs, nodes);
     tree.nbd->out_scale = Eigen::MatrixXf::Random(NbdModel::outputs, nodes);
     tree.nbd->centre_map = FixedMatrix(Eigen::MatrixXf::Random(config.modes, 3 * nodes));
@@ -54,7 +53,7 @@ TreeFile example_tree(const ExampleTree& config) {
     affine = {.miss_rate = 1e-3, .confidence = 0.9, .trajectories = 20, .poses = 1000};
     affine.margins.assign(bound_count(tree, BoundKind::learned_affine), 0.25f);
     affine.limits.assign(affine.margins.size(), 2.5f);
-    tree.calibrations[BoundKind::nbd].limits.assign(static_cast<std::size_t>(nodes), 1.25f);
+    tree.calibrations[BoundKind::nbd].limits.assign(nodes, 1.25f);
 
     TrainingFacts& facts = file.facts;
     facts.body_hash = std::string(64, 'b');
@@ -72,8 +71,8 @@ TreeFile example_tree(const ExampleTree& config) {
 NbdNetworks float_networks(const NbdModel& model) {
     const NbdNetworks& networks = model.networks;
     const Eigen::VectorXf weights = Eigen::VectorXf::Random(networks.count() * networks.weight_count());
-    return {networks.inputs(), networks.hidden(),
-            std::span(weights.data(), static_cast<std::size_t>(weights.size())), NetworkNumbers::floats};
+    return {networks.inputs(), networks.hidden(), std::span(weights.data(), weights.size()),
+            NetworkNumbers::floats};
 }
 
 }  // namespace nbd::test

@@ -6,9 +6,9 @@ namespace nbd {
 
 BoundLevels::BoundLevels(const SphereTree& tree) {
     for (int depth = 0; depth <= tree.depth(); ++depth)
-        begins.push_back(static_cast<int>(
-            std::ranges::lower_bound(tree.nodes, depth, {}, &SphereTree::Node::depth) - tree.nodes.begin()));
-    begins.push_back(static_cast<int>(tree.nodes.size()));
+        begins.push_back(std::ranges::lower_bound(tree.nodes, depth, {}, &SphereTree::Node::depth) -
+                         tree.nodes.begin());
+    begins.push_back(tree.nodes.size());
 }
 
 BoundLevels::BoundLevels(const CollisionTree& tree, BoundKind kind) : BoundLevels(tree.spheres) {

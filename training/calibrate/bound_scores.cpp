@@ -30,7 +30,7 @@ void score_spheres(VerticesRef X, const std::shared_ptr<const CollisionTree>& tr
     const bool gated = posed[0].ood_score(0).has_value();
     if (gated) scores.ood_score.resize(scores.excess.rows(), scores.excess.cols());
     source.for_each_frame(frames, [&](int slot, int index, VerticesRef x) {
-        PosedTree& pose = posed[static_cast<std::size_t>(slot)];
+        PosedTree& pose = posed[slot];
         pose.begin_pose(VertexView::as_long_as(x));
         for (int i = 0; i < scores.excess.cols(); ++i) {
             scores.excess(index, i) = sphere_excess(x, tree->spheres.node_vertices(i), pose.sphere(i));
@@ -48,10 +48,10 @@ void score_parts(const CollisionTree& tree, FrameSource& source, std::span<const
     scores.ood_score.resize(scores.excess.rows(), scores.excess.cols());
     std::vector<WideBoxes> exact(frame_slots);
     source.for_each_frame(frames, [&](int slot, int index, VerticesRef x) {
-        WideBoxes& truth = exact[static_cast<std::size_t>(slot)];
+        WideBoxes& truth = exact[slot];
         fit_wide_boxes(wide, x, truth);
         for (int c = 0; c < model.clusters(); ++c) {
-            const auto i = static_cast<std::size_t>(c);
+            const std::size_t i = c;
             const ClusterSamples samples = model.cluster_samples(c, x.data());
             const float needed = outside(samples.box, truth.clusters[i]);
             scores.excess(index, c) =
@@ -82,8 +82,7 @@ float sphere_excess(VerticesRef x, std::span<const int> vertices, const Sphere& 
 
 std::vector<int> trajectories_of(const RecordingReader& recording, std::span<const FrameId> frames) {
     std::vector<int> ids;
-    for (const FrameId& frame : frames)
-        ids.push_back(recording.trajectories()[static_cast<std::size_t>(frame.trajectory)].id);
+    for (const FrameId& frame : frames) ids.push_back(recording.trajectories()[frame.trajectory].id);
     return ids;
 }
 
@@ -92,8 +91,7 @@ BoundScores score_bounds(VerticesRef X, const std::shared_ptr<const CollisionTre
     if (!has_bounds(*tree, kind))
         throw std::invalid_argument(fmt::format("the tree has no {} bounds", name(kind)));
     BoundScores scores;
-    scores.excess.resize(static_cast<Eigen::Index>(frames.size()),
-                         static_cast<Eigen::Index>(bound_count(*tree, kind)));
+    scores.excess.resize(frames.size(), bound_count(*tree, kind));
     scores.ood_score.resize(scores.excess.rows(), 0);
     scores.trajectories = trajectories_of(source.recording(), frames);
     if (kind == BoundKind::learned_affine)
@@ -108,7 +106,7 @@ BoundScores only(const BoundScores& scores, std::span<const int> trajectories) {
     BoundScores some;
     for (std::size_t i = 0; i < scores.trajectories.size(); ++i)
         if (std::ranges::find(trajectories, scores.trajectories[i]) != trajectories.end()) {
-            rows.push_back(static_cast<Eigen::Index>(i));
+            rows.push_back(i);
             some.trajectories.push_back(scores.trajectories[i]);
         }
     some.excess = scores.excess(rows, Eigen::all);

@@ -33,7 +33,7 @@ Level level_of(const BoundLevels& levels, int depth) {
 }
 
 void check(const BoundLevels& levels, const BoundScores& scores) {
-    const auto poses = static_cast<Eigen::Index>(scores.trajectories.size());
+    const Eigen::Index poses = scores.trajectories.size();
     const Eigen::Index nodes = levels.begins.back();
     if (poses == 0) throw std::invalid_argument("no poses to calibrate on");
     if (scores.excess.rows() != poses || scores.excess.cols() != nodes || scores.ood_score.rows() != poses ||
@@ -47,8 +47,7 @@ PoseRows needed_margins(const Calibration& calibration, const BoundScores& score
     PoseRows needed = scores.excess;
     for (Eigen::Index p = 0; p < scores.ood_score.rows(); ++p)
         for (Eigen::Index i = 0; i < scores.ood_score.cols(); ++i) {
-            const float ood_score = scores.ood_score(p, i),
-                        limit = calibration.limits[static_cast<std::size_t>(i)];
+            const float ood_score = scores.ood_score(p, i), limit = calibration.limits[i];
             needed(p, i) =
                 limit > 0 && ood_score <= limit ? needed(p, i) / margin_weight(ood_score, limit) : never;
         }
@@ -62,12 +61,12 @@ TrajectoryScores by_trajectory(const PoseRows& numbers, std::span<const int> tra
     TrajectoryScores groups;
     for (std::size_t p = 0; p < trajectories.size(); ++p) {
         const auto found = std::ranges::find(ids, trajectories[p]);
-        const auto group = static_cast<std::size_t>(found - ids.begin());
+        const std::size_t group = found - ids.begin();
         if (found == ids.end()) {
             ids.push_back(trajectories[p]);
             groups.emplace_back();
         }
-        const float* row = numbers.row(static_cast<Eigen::Index>(p)).data() + level.begin;
+        const float* row = numbers.row(p).data() + level.begin;
         groups[group].insert(groups[group].end(), row, row + level.count);
     }
     return groups;
@@ -75,12 +74,12 @@ TrajectoryScores by_trajectory(const PoseRows& numbers, std::span<const int> tra
 
 /// True if the node's ood_score is always 0, that is, its bound is exact in every pose.
 bool always_exact(const Calibration& calibration, Eigen::Index node) {
-    return !calibration.limits.empty() && calibration.limits[static_cast<std::size_t>(node)] == 0;
+    return !calibration.limits.empty() && calibration.limits[node] == 0;
 }
 
 int count_trajectories(std::vector<int> ids) {
     std::ranges::sort(ids);
-    return static_cast<int>(std::unique(ids.begin(), ids.end()) - ids.begin());
+    return std::unique(ids.begin(), ids.end()) - ids.begin();
 }
 
 /// Limit of each node's ood_score that at most this share of the poses exceeds; finite, and 0 only if the
@@ -143,7 +142,7 @@ Calibration calibrate(const BoundLevels& levels, const BoundScores& shape, const
                             .confidence = 0,
                             .trajectories = count_trajectories(scores.trajectories),
                             .poses = scores.excess.rows()};
-    const auto trajectories = static_cast<std::size_t>(calibration.trajectories);
+    const std::size_t trajectories = calibration.trajectories;
     calibration.confidence = config.confidence.value_or(std::min(0.9, max_confidence(trajectories)));
     calibration.limits = range_limits(shape.ood_score, config.out_of_range);
     constexpr double caution = 0.1;
@@ -151,7 +150,7 @@ Calibration calibrate(const BoundLevels& levels, const BoundScores& shape, const
         first_margins(needed_margins(calibration, shape), caution * config.miss_rate);
     // The need beyond the first margin is the conformal score.
     PoseRows lifts = needed_margins(calibration, scores).rowwise() - first;
-    const auto bounds = static_cast<std::size_t>(levels.begins.back());
+    const std::size_t bounds = levels.begins.back();
     calibration.margins.resize(bounds);
     for (int depth = 0; depth < levels.count(); ++depth) {
         const Level level = level_of(levels, depth);
@@ -162,8 +161,7 @@ Calibration calibrate(const BoundLevels& levels, const BoundScores& shape, const
             throw std::runtime_error(
                 fmt::format("cannot calibrate depth {}: its bounds have radius 0 in too many poses", depth));
         for (Eigen::Index i = level.begin; i < level.begin + level.count; ++i)
-            calibration.margins[static_cast<std::size_t>(i)] =
-                always_exact(calibration, i) ? 0 : first[i] + lift + rounding;
+            calibration.margins[i] = always_exact(calibration, i) ? 0 : first[i] + lift + rounding;
     }
     check_calibration(calibration, "the", bounds);
     return calibration;

@@ -21,7 +21,7 @@ float level_at_rate(std::vector<float> scores, double rate) {
     // count as 3.
     const auto above = static_cast<std::ptrdiff_t>(rate * static_cast<double>(scores.size()) + 1e-9);
     std::ranges::nth_element(scores, scores.begin() + above, std::greater());
-    return scores[static_cast<std::size_t>(above)];
+    return scores[above];
 }
 
 double max_confidence(std::size_t trajectories) noexcept {
@@ -44,9 +44,7 @@ std::size_t rank_of(std::size_t count, double confidence) {
 
 double share_kept_but_for(double chance, std::size_t trajectories, double confidence) {
     // The lower Clopper-Pearson limit is this quantile of Beta(k, K + 1 - k).
-    return share_interval(static_cast<int>(rank_of(trajectories, confidence)), static_cast<int>(trajectories),
-                          1 - 2 * chance)
-        .low;
+    return share_interval(rank_of(trajectories, confidence), trajectories, 1 - 2 * chance).low;
 }
 
 float confident_level(const TrajectoryScores& scores, double rate, double confidence) {

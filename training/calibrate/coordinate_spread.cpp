@@ -9,11 +9,11 @@ namespace nbd {
 
 PoseRows scaled_coordinates(FrameSource& source, std::span<const FrameId> frames, const NbdModel& model) {
     const Eigen::Index m = model.mode_count();
-    PoseRows scaled(static_cast<Eigen::Index>(frames.size()), m);
+    PoseRows scaled(frames.size(), m);
     std::vector<ModalCoordinatesScratch> scratch(frame_slots);
     std::vector<Eigen::VectorXf> z(frame_slots, Eigen::VectorXf(m));
     source.for_each_frame(frames, [&](int slot, int index, VerticesRef x) {
-        const auto s = static_cast<std::size_t>(slot);
+        const std::size_t s = slot;
         modal_coordinates(model.modes, x, scratch[s], z[s]);
         scaled.row(index) = (z[s] - model.z_centre).cwiseProduct(model.z_scale).transpose();
     });

@@ -19,7 +19,7 @@ std::vector<RandomSplitsRow> check_random_splits(const BoundLevels& levels, cons
     std::ranges::sort(ids);
     ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
     if (ids.size() < 2) throw std::invalid_argument("fewer than two trajectories to draw splits from");
-    std::vector<RandomSplitsRow> rows(static_cast<std::size_t>(levels.count()));
+    std::vector<RandomSplitsRow> rows(levels.count());
     for (int s = 0; s < splits; ++s) {
         tell_progress("splits", s, splits);
         stop_if_asked();
@@ -28,10 +28,10 @@ std::vector<RandomSplitsRow> check_random_splits(const BoundLevels& levels, cons
         const BoundScores test = only(pool, split.held_out);
         for (std::size_t depth = 0; depth < rows.size(); ++depth) {
             RandomSplitsRow& row = rows[depth];
-            row.depth = static_cast<int>(depth);
+            row.depth = depth;
             row.splits = splits;
-            row.calibration = static_cast<int>(split.train.size());
-            row.test = static_cast<int>(split.held_out.size());
+            row.calibration = split.train.size();
+            row.test = split.held_out.size();
             row.stated = calibration.confidence;
             double mean = 0, keeping = 0;
             for (const double rate : miss_rates(levels, calibration, test, row.depth)) {

@@ -25,14 +25,13 @@ std::vector<int> folds_of(std::span<const FrameId> frames) {
 /// Scores of `nbd` bounds, each pose by the spread of the modal coordinates of the other folds' poses.
 BoundScores score_by_other_folds(const CollisionTree& tree, FrameSource& source,
                                  std::span<const FrameId> frames, std::span<const int> fold) {
-    const auto poses = static_cast<Eigen::Index>(frames.size()),
-               nodes = static_cast<Eigen::Index>(tree.spheres.nodes.size());
+    const Eigen::Index poses = frames.size(), nodes = tree.spheres.nodes.size();
     BoundScores scores{trajectories_of(source.recording(), frames), PoseRows(poses, nodes),
                        PoseRows(poses, nodes)};
     PoseRows z(poses, tree.nbd->mode_count());
     std::vector<NbdBound> bounds(frame_slots, NbdBound(tree.spheres, *tree.nbd));
     source.for_each_frame(frames, [&](int slot, int index, VerticesRef x) {
-        NbdBound& bound = bounds[static_cast<std::size_t>(slot)];
+        NbdBound& bound = bounds[slot];
         bound.begin_pose(x);
         z.row(index) = bound.scaled_coordinates().transpose();
         for (int i = 0; i < nodes; ++i) {
@@ -42,8 +41,7 @@ BoundScores score_by_other_folds(const CollisionTree& tree, FrameSource& source,
     });
     for (int left_out = 0; left_out < folds; ++left_out) {
         std::vector<Eigen::Index> rows, other_rows;
-        for (std::size_t i = 0; i < fold.size(); ++i)
-            (fold[i] == left_out ? rows : other_rows).push_back(static_cast<Eigen::Index>(i));
+        for (std::size_t i = 0; i < fold.size(); ++i) (fold[i] == left_out ? rows : other_rows).push_back(i);
         if (rows.empty()) continue;
         const CoordinateSpread spread = coordinate_spread(z(other_rows, Eigen::all));
         Eigen::VectorXf difference(z.cols()), whitened(z.cols());

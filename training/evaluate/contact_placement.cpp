@@ -6,7 +6,7 @@ namespace {
 FrameId draw_other(std::span<const FrameId> frames, FrameId first, CounterRandom& random) {
     const bool several = frames.front().trajectory != frames.back().trajectory;
     for (;;) {
-        const FrameId frame = frames[static_cast<std::size_t>(random.index(static_cast<int>(frames.size())))];
+        const FrameId frame = frames[random.index(frames.size())];
         if (!several || frame.trajectory != first.trajectory) return frame;
     }
 }
@@ -15,7 +15,7 @@ FrameId draw_other(std::span<const FrameId> frames, FrameId first, CounterRandom
 
 ContactPlacement draw_contact_placement(std::span<const FrameId> frames, CounterRandom& random) {
     ContactPlacement placement;
-    placement.first = frames[static_cast<std::size_t>(random.index(static_cast<int>(frames.size())))];
+    placement.first = frames[random.index(frames.size())];
     placement.second = draw_other(frames, placement.first, random);
     placement.turn = random.orientation().toRotationMatrix().cast<float>();
     placement.from = random.direction().cast<float>().transpose();

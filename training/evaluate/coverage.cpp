@@ -64,12 +64,12 @@ NodeOutcome outcome(const Box& box, VerticesRef x, std::span<const int> vertices
 void add_pose(PosedTree& posed, VerticesRef x, std::vector<DepthSums>& depths) {
     posed.begin_pose(VertexView::as_long_as(x));
     const SphereTree& tree = posed.tree().spheres;
-    for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
+    for (int i = 0; i < std::ssize(tree.nodes); ++i) {
         const int exact_before = posed.nodes_out_of_range();
         const std::span<const int> vertices = tree.node_vertices(i);
         const std::optional<Box> box = posed.box(i);
         const NodeOutcome node = box ? outcome(*box, x, vertices) : outcome(posed.sphere(i), x, vertices);
-        DepthSums& sums = depths[static_cast<std::size_t>(tree.nodes[static_cast<std::size_t>(i)].depth)];
+        DepthSums& sums = depths[tree.nodes[i].depth];
         sums.nodes += 1;
         sums.vertices += static_cast<long>(vertices.size());
         sums.missing += node.outside > 0;
@@ -81,12 +81,12 @@ void add_pose(PosedTree& posed, VerticesRef x, std::vector<DepthSums>& depths) {
 
 void add_pose(WideCoverage& wide, VerticesRef x, std::vector<DepthSums>& depths) {
     for (const WideOutcome& outcome : wide.measure(x))
-        depths[static_cast<std::size_t>(outcome.level)] += {.nodes = 1,
-                                                            .vertices = outcome.vertices,
-                                                            .missing = outcome.outside > 0,
-                                                            .outside = outcome.outside,
-                                                            .out_of_range = outcome.out_of_range,
-                                                            .inflation = outcome.inflation};
+        depths[outcome.level] += {.nodes = 1,
+                                  .vertices = outcome.vertices,
+                                  .missing = outcome.outside > 0,
+                                  .outside = outcome.outside,
+                                  .out_of_range = outcome.out_of_range,
+                                  .inflation = outcome.inflation};
 }
 
 double share(long part, long all) { return static_cast<double>(part) / static_cast<double>(all); }
@@ -126,11 +126,11 @@ std::vector<CoverageRow> measure_coverage(const SurfaceBody& body,
             wide.emplace_back(*tree);
         else
             posed.emplace_back(tree, kind);
-    const auto depths = static_cast<std::size_t>(is_wide ? WideCoverage::levels : tree->spheres.depth() + 1);
+    const std::size_t depths = is_wide ? WideCoverage::levels : tree->spheres.depth() + 1;
     std::vector<std::vector<DepthSums>> poses(frames.size(), std::vector<DepthSums>(depths));
     for_each_frame(body, recording, frames, [&](int slot, int index, VerticesRef x) {
-        const auto s = static_cast<std::size_t>(slot);
-        std::vector<DepthSums>& sums = poses[static_cast<std::size_t>(index)];
+        const std::size_t s = slot;
+        std::vector<DepthSums>& sums = poses[index];
         is_wide ? add_pose(wide[s], x, sums) : add_pose(posed[s], x, sums);
     });
 

@@ -54,7 +54,7 @@ struct Sums {
         vertices[depth] += static_cast<long>(vertex_count);
         centre_error[depth] += static_cast<double>((s.c - truth.c).norm()) / size;
         for (std::size_t k = 0; k < margins.size(); ++k) {
-            const auto row = static_cast<Eigen::Index>(k);
+            const Eigen::Index row = k;
             const double r = static_cast<double>(s.r) * (1 + margins[k]);
             const long lost = count_outside(r, 1 + margins[k]);
             inflation(row, depth) += (r - static_cast<double>(truth.r)) / size;
@@ -74,15 +74,13 @@ class SphereProbe {
                    Sums& sums) {
         posed_.begin_pose(VertexView::as_long_as(x));
         const SphereTree& tree = posed_.tree().spheres;
-        for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
+        for (int i = 0; i < std::ssize(tree.nodes); ++i) {
             const Sphere s = posed_.sphere(i);
             const std::span<const int> vertices = tree.node_vertices(i);
-            squared_.resize(static_cast<Eigen::Index>(vertices.size()));
+            squared_.resize(vertices.size());
             for (std::size_t j = 0; j < vertices.size(); ++j)
-                squared_[static_cast<Eigen::Index>(j)] =
-                    (x.row(vertices[j]).transpose() - s.c).cast<double>().squaredNorm();
-            sums.add_node(tree.nodes[static_cast<std::size_t>(i)].depth, vertices.size(), s,
-                          exact[static_cast<std::size_t>(i)], margins,
+                squared_[j] = (x.row(vertices[j]).transpose() - s.c).cast<double>().squaredNorm();
+            sums.add_node(tree.nodes[i].depth, vertices.size(), s, exact[i], margins,
                           [&](double r, double) { return (squared_.array() > r * r).count(); });
         }
     }
@@ -107,8 +105,8 @@ class BoxProbe {
     void add_frame(VerticesRef x, const std::vector<double>& margins, Sums& sums) {
         for (const WideNode& node : nodes_.pose(x)) {
             const Eigen::Array4f c = (node.box.lo + node.box.hi) / 2, half = (node.box.hi - node.box.lo) / 2;
-            sums.add_node(node.level, static_cast<std::size_t>(nodes_.vertices(node)), around(node.box),
-                          around(node.exact), margins, [&](double, double factor) {
+            sums.add_node(node.level, nodes_.vertices(node), around(node.box), around(node.exact), margins,
+                          [&](double, double factor) {
                               if (factor == 1) return nodes_.outside(node, node.box, x);
                               const Eigen::Array4f grown = half * static_cast<float>(factor);
                               return nodes_.outside(node, {c - grown, c + grown}, x);
@@ -175,7 +173,7 @@ std::vector<EvaluationRow> evaluate_frames(const SurfaceBody& body,
     const std::vector<FrameId> chosen =
         spread(frames, config.max_frames > 0 ? config.max_frames : std::numeric_limits<int>::max());
     const SphereTree& spheres = tree->spheres;
-    const auto margins = static_cast<Eigen::Index>(config.margins.size());
+    const Eigen::Index margins = config.margins.size();
 
     std::vector<std::vector<Probe>> probes(frame_slots);
     std::vector<std::vector<Sphere>> exact(frame_slots);
@@ -183,18 +181,18 @@ std::vector<EvaluationRow> evaluate_frames(const SurfaceBody& body,
         for (const BoundKind kind : config.bounds)
             if (has_bounds(*tree, kind)) slot.emplace_back(tree, kind, margins);
     for_each_pose(body, recording, chosen, [&](int slot, int, VerticesRef x, VerticesRef) {
-        std::vector<Sphere>& truth = exact[static_cast<std::size_t>(slot)];
+        std::vector<Sphere>& truth = exact[slot];
         truth.clear();
-        for (int i = 0; i < static_cast<int>(spheres.nodes.size()); ++i)
+        for (int i = 0; i < std::ssize(spheres.nodes); ++i)
             truth.push_back(bounding_sphere(x, spheres.node_vertices(i)));
-        for (Probe& probe : probes[static_cast<std::size_t>(slot)])
+        for (Probe& probe : probes[slot])
             if (auto* boxes = std::get_if<BoxProbe>(&probe.bounds))
                 boxes->add_frame(x, config.margins, probe.sums);
             else
                 std::get<SphereProbe>(probe.bounds).add_frame(x, truth, config.margins, probe.sums);
     });
 
-    const auto poses = static_cast<long>(chosen.size());
+    const long poses = chosen.size();
     std::vector<EvaluationRow> rows;
     for (std::size_t b = 0; b < probes.front().size(); ++b) {
         const BoundKind kind = probes.front()[b].kind;
@@ -208,7 +206,7 @@ std::vector<EvaluationRow> evaluate_frames(const SurfaceBody& body,
                 rows.push_back({.frames = name,
                                 .bound = kind,
                                 .depth = static_cast<int>(d),
-                                .margin = config.margins[static_cast<std::size_t>(k)],
+                                .margin = config.margins[k],
                                 .radius_error = sums.radius_error(k, d) * per_node,
                                 .inflation = sums.inflation(k, d) * per_node,
                                 .centre_error = sums.centre_error[d] * per_node,
@@ -243,12 +241,11 @@ std::vector<TestFrames> test_frames(const TreeFile& file, const RecordingReader&
     if (facts.calibrated_on) seen.push_back(&*facts.calibrated_on);
     std::vector<int> left_out = known_trajectories(recording, hashes, seen);
     const auto is_left_out = [&](const FrameId& frame) {
-        return std::ranges::binary_search(
-            left_out, recording.trajectories()[static_cast<std::size_t>(frame.trajectory)].id);
+        return std::ranges::binary_search(left_out, recording.trajectories()[frame.trajectory].id);
     };
     std::vector<int> told;
     for (const FrameId& frame : sets.back().frames)
-        if (const int id = recording.trajectories()[static_cast<std::size_t>(frame.trajectory)].id;
+        if (const int id = recording.trajectories()[frame.trajectory].id;
             is_left_out(frame) && (told.empty() || told.back() != id))
             told.push_back(id);
     tell_left_out(recording, told, "trained or calibrated on");

@@ -30,7 +30,7 @@ std::span<const WideNode> WideNodes::pose(VerticesRef x) {
     learned_.begin_pose(x_.data());
     int bound = 0;
     for (int i = 0; i < tree_->clusters(); ++i) {
-        const auto c = static_cast<std::size_t>(i);
+        const std::size_t c = i;
         Box box;
         const bool in_range = learned_.box(i, box);
         nodes_.push_back({.level = 0,
@@ -44,25 +44,25 @@ std::span<const WideNode> WideNodes::pose(VerticesRef x) {
     BoxPack pack;
     for (int i = 0; i < tree_->clusters(); ++i, ++bound) {
         const bool in_range = learned_.blocks(i, pack);
-        const int first = tree_->first_block[static_cast<std::size_t>(i)];
+        const int first = tree_->first_block[i];
         for (int k = 0; k < tree_->blocks_in(i); ++k)
             nodes_.push_back({.level = 1,
                               .bound = bound,
                               .out_of_range = !in_range,
                               .box = boxes_.blocks(i).boxes.box(k),
-                              .exact = exact_.blocks[static_cast<std::size_t>(first + k)],
+                              .exact = exact_.blocks[first + k],
                               .first_leaf = tree_width * (first + k),
                               .end_leaf = tree_width * (first + k + 1)});
     }
     for (int i = 0; i < tree_->blocks(); ++i, ++bound) {
         const bool in_range = learned_.leaves(i, pack);
-        for (int k = 0; k < tree_->leaves_in[static_cast<std::size_t>(i)]; ++k) {
+        for (int k = 0; k < tree_->leaves_in[i]; ++k) {
             const int leaf = tree_width * i + k;
             nodes_.push_back({.level = 2,
                               .bound = bound,
                               .out_of_range = !in_range,
                               .box = boxes_.leaves(i).boxes.box(k),
-                              .exact = exact_.leaves[static_cast<std::size_t>(leaf)],
+                              .exact = exact_.leaves[leaf],
                               .first_leaf = leaf,
                               .end_leaf = leaf + 1});
         }

@@ -47,10 +47,9 @@ std::vector<DatasetShard> parse_checksum_list(const h5::Reader& file, const std:
 /// Writes what a trajectory has for each frame as virtual datasets that refer to a shard.
 void refer_to_arrays(h5::Writer& view, const std::string& group, const RecordingReader& source, int i,
                      const std::string& shard) {
-    const auto frames = static_cast<std::size_t>(source.trajectories()[static_cast<std::size_t>(i)].frames),
-               nodes = static_cast<std::size_t>(source.nodes(i));
+    const std::size_t frames = source.trajectories()[i].frames, nodes = source.nodes(i);
     const FrameContents& contents = source.contents(i);
-    const auto tets = static_cast<std::size_t>(contents.tets);
+    const std::size_t tets = contents.tets;
     const auto refer = [&](const std::string& name, h5::Type type, const h5::Shape& shape) {
         const std::string dataset = fmt::format("{}/{}", group, name);
         view.write_virtual(dataset, type, shape, {shard, "/" + dataset});

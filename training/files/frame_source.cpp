@@ -27,7 +27,7 @@ int batch_size(std::span<const FrameId> frames) {
     while (count < frames.size() && count < frame_slots && frames[count].trajectory == frames[0].trajectory &&
            frames[count].frame < frames[0].frame + window)
         ++count;
-    return static_cast<int>(count);
+    return count;
 }
 
 /// The frame's nodes in what was read from frame `begin` on.
@@ -73,9 +73,9 @@ const RecordingHash& FrameSource::hashes(std::span<const FrameId> frames) {
         if (chosen.empty()) return;
         check_nodes(trajectory);
         parallel_for(
-            static_cast<int>(chosen.size()),
+            chosen.size(),
             [&](int i) {
-                const FrameId& id = chosen[static_cast<std::size_t>(i)];
+                const FrameId& id = chosen[i];
                 const Rows rows = rows_of(nodes, W_.cols(), begin, id.frame);
                 if (keeps_surfaces_)
                     apply_embedding(W_, rows, kept_.at(id));
@@ -101,8 +101,7 @@ void FrameSource::check_nodes(int trajectory) const {
     if (recording_->nodes(trajectory) != W_.cols())
         throw std::invalid_argument(fmt::format(
             "{}: trajectory {} has {} nodes, but the embedding has {}", recording_->path().string(),
-            recording_->trajectories()[static_cast<std::size_t>(trajectory)].id,
-            recording_->nodes(trajectory), W_.cols()));
+            recording_->trajectories()[trajectory].id, recording_->nodes(trajectory), W_.cols()));
 }
 
 void FrameSource::visit(std::span<const FrameId> frames, bool with_nodes, const PoseVisitor& visitor) {
@@ -115,7 +114,7 @@ void FrameSource::visit(std::span<const FrameId> frames, bool with_nodes, const 
         tell_progress("poses", index, total);
         stop_if_asked();
         const int count = batch_size(frames);
-        const auto batch = frames.first(static_cast<std::size_t>(count));
+        const auto batch = frames.first(count);
         int begin = 0, end = 0;  // frames to read
         for (std::size_t slot = 0; slot < batch.size(); ++slot) {
             const bool again = slot > 0 && batch[slot] == batch[slot - 1];  // its room is another slot's
@@ -132,7 +131,7 @@ void FrameSource::visit(std::span<const FrameId> frames, bool with_nodes, const 
         parallel_for(
             count,
             [&](int i) {
-                const auto slot = static_cast<std::size_t>(i);
+                const std::size_t slot = i;
                 const int frame = batch[slot].frame;
                 Vertices* const place = uses[slot] == Use::stream ? nullptr : &kept_.at(batch[slot]);
                 if (uses[slot] == Use::kept && keeps_surfaces_)
@@ -146,7 +145,7 @@ void FrameSource::visit(std::span<const FrameId> frames, bool with_nodes, const 
                 visitor(i, index + i, x, rows);
             },
             1);
-        frames = frames.subspan(static_cast<std::size_t>(count));
+        frames = frames.subspan(count);
         index += count;
     }
     tell_progress("poses", total, total);

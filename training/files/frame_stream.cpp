@@ -23,7 +23,7 @@ void check_recording(std::string_view body_hash, Eigen::Index nodes, const Recor
             throw std::runtime_error(
                 fmt::format("{}: trajectory {} is of body {:.12}, but this body is {:.12}",
                             recording.path().string(), infos[i].id, infos[i].body_hash, body_hash));
-        const int recorded = recording.nodes(static_cast<int>(i));
+        const int recorded = recording.nodes(i);
         if (recorded != nodes)
             throw std::runtime_error(fmt::format("{}: trajectory {} has {} nodes, but the body has {}",
                                                  recording.path().string(), infos[i].id, recorded, nodes));

@@ -8,9 +8,9 @@ using BoxRows = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;  // gr
 constexpr auto learned_packing = h5::Packing::deflate;
 
 BoxRows to_rows(const std::vector<BoxFit>& fits) {
-    BoxRows rows(static_cast<Eigen::Index>(fits.size()), 3);
+    BoxRows rows(fits.size(), 3);
     for (Eigen::Index i = 0; i < rows.rows(); ++i) {
-        const BoxFit& fit = fits[static_cast<std::size_t>(i)];
+        const BoxFit& fit = fits[i];
         rows.row(i) << fit.growth, fit.mean, fit.inverse_deviation;
     }
     return rows;

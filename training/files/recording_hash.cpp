@@ -48,8 +48,8 @@ RecordingHash hash_recording(
     Vertices x;
     double read = 0;
     const auto& infos = recording.trajectories();
-    for (int i = 0; i < static_cast<int>(infos.size()); ++i) {
-        const TrajectoryInfo& info = infos[static_cast<std::size_t>(i)];
+    for (int i = 0; i < std::ssize(infos); ++i) {
+        const TrajectoryInfo& info = infos[i];
         const int nodes = recording.nodes(i);
         const std::string head = fmt::format("{} {} {} {}\n", info.id, info.frames, nodes, info.failure);
         hash.add(std::as_bytes(std::span(head)));
@@ -58,7 +58,7 @@ RecordingHash hash_recording(
             stop_if_asked();
             const int count = std::min(frames_at_once, info.frames - begin);
             recording.read(i, begin, count, x);
-            hash.add(std::as_bytes(std::span(x.data(), static_cast<std::size_t>(x.size()))));
+            hash.add(std::as_bytes(std::span(x.data(), x.size())));
             for (int k = 0; k < count; ++k)
                 frames.push_back(frame_hash(x.middleRows(Eigen::Index{k} * nodes, nodes)));
             if (seen) seen(i, begin, count, x);

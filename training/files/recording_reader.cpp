@@ -60,7 +60,7 @@ void find_contact_edges(const h5::Reader& file, StoredTrajectory& t) {
     t.contents.contact_edges = {.bodies = distance_attribute(file, edges, contact_distance_name),
                                 .self = distance_attribute(file, edges, self_contact_distance_name)};
     t.edge_offsets = file.read<std::int64_t>(offsets, {static_cast<std::size_t>(t.info.frames) + 1});
-    const auto count = static_cast<std::int64_t>(t.edges.shape[0]);
+    const std::int64_t count = t.edges.shape[0];
     if (t.edge_offsets.front() != 0 || t.edge_offsets.back() != count ||
         !std::ranges::is_sorted(t.edge_offsets))
         file.refuse(fmt::format("'{}' does not ascend from 0 to {}", offsets, count),
@@ -68,7 +68,7 @@ void find_contact_edges(const h5::Reader& file, StoredTrajectory& t) {
 }
 
 void find_fields(const h5::Reader& file, StoredTrajectory& t) {
-    const auto frames = static_cast<std::size_t>(t.info.frames), nodes = static_cast<std::size_t>(t.nodes);
+    const std::size_t frames = t.info.frames, nodes = t.nodes;
     for (const FrameFieldName& field : frame_fields) {
         const std::string name = fmt::format("{}/{}", t.group, field.name);
         if (!file.has(name)) continue;
@@ -77,7 +77,7 @@ void find_fields(const h5::Reader& file, StoredTrajectory& t) {
             find_array(file, name, h5::Type::float32,
                        field.of_tets ? h5::Shape{frames, tets, 3, 3} : h5::Shape{frames, nodes, 3});
         t.contents.fields[field.field] = true;
-        if (field.of_tets) t.contents.tets = static_cast<int>(t.fields[field.field].shape[1]);
+        if (field.of_tets) t.contents.tets = t.fields[field.field].shape[1];
     }
 }
 
@@ -98,7 +98,7 @@ StoredTrajectory read_trajectory(const h5::Reader& file, const std::string& grou
     const std::int64_t id = file.int_attribute(group, "id");
     if (id < 0 || id > INT_MAX)
         file.refuse(fmt::format("'{}' has id {}", group, id), fmt::format("0 to {}", INT_MAX));
-    t.info.id = static_cast<int>(id);
+    t.info.id = id;
     t.info.seed = file.uint_attribute(group, "seed");
     t.info.body_hash = file.text_attribute(group, "body_sha256");
     t.info.failure = file.text_attribute(group, "failure");
@@ -106,8 +106,8 @@ StoredTrajectory read_trajectory(const h5::Reader& file, const std::string& grou
     t.positions = find_array(file, group + "/positions", h5::Type::float32, {h5::any, h5::any, 3});
     const h5::Shape& shape = t.positions.shape;
     if (shape[1] == 0) file.refuse(fmt::format("'{}/positions' has no nodes", group), "at least 1");
-    t.info.frames = static_cast<int>(shape[0]);
-    t.nodes = static_cast<int>(shape[1]);
+    t.info.frames = shape[0];
+    t.nodes = shape[1];
     find_fields(file, t);
     find_contact_edges(file, t);
     t.times = file.read<double>(group + "/times", {shape[0]});
@@ -155,7 +155,7 @@ struct RecordingReader::Impl {
             throw std::out_of_range(fmt::format("{}: trajectory index {}; allowed: 0 to {}",
                                                 file.path().string(), trajectory,
                                                 static_cast<int>(stored.size()) - 1));
-        return stored[static_cast<std::size_t>(trajectory)];
+        return stored[trajectory];
     }
 
     /// The file with an array's numbers.
@@ -192,8 +192,7 @@ struct RecordingReader::Impl {
             static_cast<Eigen::Index>(h5::element_count(array.shape)) / std::max(t.info.frames, 1) / 3;
         const h5::Reader& from = source(array);
         rows.resize(count * per_frame, 3);
-        from.read_rows(array.dataset, static_cast<std::size_t>(begin), static_cast<std::size_t>(count),
-                       rows.data());
+        from.read_rows(array.dataset, begin, count, rows.data());
         if (rows.allFinite()) return;
         const Eigen::Index per_item = per_frame / static_cast<Eigen::Index>(array.shape[1]);
         for (Eigen::Index i = 0; i < rows.rows(); ++i)
@@ -267,15 +266,15 @@ std::vector<std::vector<ContactEdge>> RecordingReader::read_contact_edges(int tr
         throw std::runtime_error(
             fmt::format("{}: trajectory {} has no contact edges", path().string(), t.info.id));
     impl_->check_frames(t, begin, count);
-    const auto offset = [&](int frame) { return t.edge_offsets[static_cast<std::size_t>(frame)]; };
-    const auto first = static_cast<std::size_t>(offset(begin));
+    const auto offset = [&](int frame) { return t.edge_offsets[frame]; };
+    const std::size_t first = offset(begin);
     const auto all = static_cast<std::size_t>(offset(begin + count)) - first;
     std::vector<std::int32_t> rows(3 * all);
     const h5::Reader& from = impl_->source(t.edges);
     from.read_rows(t.edges.dataset, first, all, rows.data());
-    std::vector<std::vector<ContactEdge>> result(static_cast<std::size_t>(count));
+    std::vector<std::vector<ContactEdge>> result(count);
     for (int i = 0; i < count; ++i) {
-        auto& edges = result[static_cast<std::size_t>(i)];
+        auto& edges = result[i];
         for (auto e = static_cast<std::size_t>(offset(begin + i)) - first;
              e < static_cast<std::size_t>(offset(begin + i + 1)) - first; ++e)
             edges.push_back({rows[3 * e], rows[3 * e + 1], rows[3 * e + 2]});
@@ -292,7 +291,7 @@ const std::vector<std::int64_t>& RecordingReader::contact_edge_offsets(int traje
 
 std::vector<FrameExtras> RecordingReader::read_fields(int trajectory, int begin, int count) const {
     const FrameContents& contents = this->contents(trajectory);
-    std::vector<FrameExtras> extras(static_cast<std::size_t>(count));
+    std::vector<FrameExtras> extras(count);
     Vertices rows;
     for (const FrameFieldName& field : frame_fields) {
         if (!contents.fields[field.field]) continue;

@@ -42,7 +42,7 @@ struct RecordingWriter::Impl {
 
     /// Appends the rows of a frame to a growing dataset.
     void append(int dataset, VerticesRef rows) {
-        const auto count = static_cast<std::size_t>(rows.size());
+        const std::size_t count = rows.size();
         if (rows.outerStride() == 3) {
             file.append<float>(dataset, std::span(rows.data(), count));
         } else {
@@ -132,7 +132,7 @@ int RecordingWriter::begin_trajectory(const TrajectoryInfo& info, int nodes, con
     file.attribute(group, "seed", info.seed);
     file.attribute(group, "body_sha256", info.body_hash);
     impl_->write_recipe(group + "/recipe", info.recipe);
-    const auto n = static_cast<std::size_t>(nodes), tets = static_cast<std::size_t>(contents.tets);
+    const std::size_t n = nodes, tets = contents.tets;
     OpenTrajectory t{.id = info.id, .nodes = nodes, .contents = contents};
     t.positions =
         file.begin_growing(group + "/positions", h5::Type::float32, {n, 3}, frames_per_chunk(3 * n));

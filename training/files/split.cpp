@@ -23,10 +23,8 @@ void check_share(const char* what, double share) {
 std::vector<int> frames_of(const RecordingReader& recording, int trajectory, bool with_troubled) {
     const std::vector<std::int32_t>& troubled = recording.facts(trajectory).troubled;
     std::vector<int> frames;
-    for (int frame = 0; frame < recording.trajectories()[static_cast<std::size_t>(trajectory)].frames;
-         ++frame)
-        if (with_troubled || troubled.empty() || troubled[static_cast<std::size_t>(frame)] == 0)
-            frames.push_back(frame);
+    for (int frame = 0; frame < recording.trajectories()[trajectory].frames; ++frame)
+        if (with_troubled || troubled.empty() || troubled[frame] == 0) frames.push_back(frame);
     return frames;
 }
 
@@ -45,13 +43,13 @@ HeldOut stored_split(const RecordingReader& recording, const std::string& name) 
 }  // namespace
 
 bool is_random_test_frame(const TrainingSplit& split, int trajectory, int frame) noexcept {
-    return counter_uniform(split.frame_seed, static_cast<std::uint64_t>(trajectory),
-                           static_cast<std::uint64_t>(frame)) < static_cast<double>(split.random_frame_share);
+    return counter_uniform(split.frame_seed, static_cast<std::uint64_t>(trajectory), frame) <
+           static_cast<double>(split.random_frame_share);
 }
 
 HeldOut draw_held_out(std::vector<int> ids, double share, std::uint64_t seed) {
     check_share("held-out trajectories", share);
-    const auto count = static_cast<std::ptrdiff_t>(ids.size());
+    const std::ptrdiff_t count = ids.size();
     std::ptrdiff_t held_out = std::lround(share * static_cast<double>(count));
     if (share > 0) held_out = std::min(count, std::max<std::ptrdiff_t>(held_out, 1));
     // Holding out the lowest draws makes a trajectory's draw independent of the other trajectories.
@@ -106,7 +104,7 @@ std::vector<FrameId> frames_of(const RecordingReader& recording, const TrainingS
     for (std::size_t i = 0; i < infos.size(); ++i) {
         const int id = infos[i].id;
         if (std::ranges::find(trajectories, id) == trajectories.end()) continue;
-        for (const int frame : frames_of(recording, static_cast<int>(i), split.troubled_frames))
+        for (const int frame : frames_of(recording, i, split.troubled_frames))
             if (whole || is_random_test_frame(split, id, frame) == (set == FrameSet::random_test))
                 frames.push_back({static_cast<int>(i), frame});
     }
@@ -118,7 +116,7 @@ std::vector<FrameId> complete_frames(const RecordingReader& recording) {
     const auto& infos = recording.trajectories();
     for (std::size_t i = 0; i < infos.size(); ++i)
         if (infos[i].failure.empty())
-            for (const int frame : frames_of(recording, static_cast<int>(i), false))
+            for (const int frame : frames_of(recording, i, false))
                 frames.push_back({static_cast<int>(i), frame});
     return frames;
 }
@@ -130,11 +128,11 @@ int troubled_frames(const RecordingReader& recording) {
         if (info.failure.empty())
             count += std::ranges::count_if(troubled, [](int steps) { return steps > 0; });
     }
-    return static_cast<int>(count);
+    return count;
 }
 
 std::vector<FrameId> spread(std::span<const FrameId> frames, int count) {
-    const auto all = static_cast<long>(frames.size());
+    const long all = frames.size();
     if (all <= count) return {frames.begin(), frames.end()};
     std::vector<FrameId> chosen;
     for (long i = 0; i < count; ++i) chosen.push_back(frames[static_cast<std::size_t>(i * all / count)]);

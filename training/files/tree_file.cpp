@@ -29,11 +29,11 @@ bool same(const ClusteredModes& a, const ClusteredModes& b) {
 
 void write_topology(h5::Writer& file, const CollisionTree& tree) {
     const SphereTree& spheres = tree.spheres;
-    IntRows nodes(static_cast<Eigen::Index>(spheres.nodes.size()), 6);
+    IntRows nodes(spheres.nodes.size(), 6);
     SphereRows rest(nodes.rows(), 4);
     for (Eigen::Index i = 0; i < nodes.rows(); ++i) {
-        const SphereTree::Node& n = spheres.nodes[static_cast<std::size_t>(i)];
-        const Sphere& s = spheres.rest[static_cast<std::size_t>(i)];
+        const SphereTree::Node& n = spheres.nodes[i];
+        const Sphere& s = spheres.rest[i];
         nodes.row(i) << n.first_child, n.depth, n.face_begin, n.face_end, n.vertex_begin, n.vertex_end;
         rest.row(i) << s.c.transpose(), s.r;
     }
@@ -53,14 +53,13 @@ void write_surface(h5::Writer& file, const TreeFile& tree_file) {
 void read_surface(const h5::Reader& file, TreeFile& tree_file) {
     tree_file.tree.faces = file.matrix<Faces>("surface/faces", h5::any, 3);
     tree_file.X = file.matrix<Vertices>("surface/vertices", h5::any, 3);
-    tree_file.tree.vertex_count = static_cast<int>(tree_file.X.rows());
+    tree_file.tree.vertex_count = tree_file.X.rows();
     if (!tree_file.X.allFinite())
         file.refuse("surface/vertices has a number that is not finite", "finite numbers");
     const std::int64_t nodes = file.int_attribute("embedding", "nodes");
     if (nodes < 1 || nodes > INT32_MAX)
         file.refuse(fmt::format("the embedding has {} nodes", nodes), fmt::format("1 to {}", INT32_MAX));
-    tree_file.W = h5::read_sparse<float>(file, "embedding", static_cast<std::size_t>(tree_file.X.rows()),
-                                         static_cast<std::size_t>(nodes));
+    tree_file.W = h5::read_sparse<float>(file, "embedding", tree_file.X.rows(), nodes);
     const Eigen::VectorXf sums = tree_file.W * Eigen::VectorXf::Ones(tree_file.W.cols());
     for (Eigen::Index i = 0; i < sums.size(); ++i)
         if (!(std::abs(sums[i] - 1) < 1e-4f))
@@ -69,8 +68,7 @@ void read_surface(const h5::Reader& file, TreeFile& tree_file) {
 
 void read_topology(const h5::Reader& file, CollisionTree& tree) {
     const auto nodes = file.matrix<IntRows>("topology/nodes", h5::any, 6);
-    const auto rest =
-        file.matrix<SphereRows>("topology/rest_spheres", static_cast<std::size_t>(nodes.rows()), 4);
+    const auto rest = file.matrix<SphereRows>("topology/rest_spheres", nodes.rows(), 4);
     for (Eigen::Index i = 0; i < nodes.rows(); ++i) {
         const auto n = nodes.row(i);
         tree.spheres.nodes.push_back({n[0], n[1], n[2], n[3], n[4], n[5]});
@@ -106,7 +104,7 @@ void write_bd(h5::Writer& file, const BdModel& bd) {
 BdModel read_bd(const h5::Reader& file, std::size_t nodes) {
     BdModel bd;
     bd.modes = read_modes(file, "bd/modes");
-    const auto m = static_cast<std::size_t>(bd.modes.U.cols());
+    const std::size_t m = bd.modes.U.cols();
     bd.z_to_q = file.matrix<Eigen::MatrixXf>("bd/z_to_q", m, m);
     bd.Ubar = file.matrix<Eigen::MatrixXf>("bd/Ubar", m, 3 * nodes);
     bd.dr = file.matrix<Eigen::MatrixXf>("bd/dr", m, nodes);
@@ -120,7 +118,7 @@ void write_nbd(h5::Writer& file, const NbdModel& nbd) {
     file.write("nbd/z_centre", nbd.z_centre, packing);
     file.write("nbd/z_scale", nbd.z_scale, packing);
     const std::vector<float> weights = nbd.networks.weights();
-    const auto per_node = static_cast<std::size_t>(nbd.networks.weight_count());
+    const std::size_t per_node = nbd.networks.weight_count();
     file.write("nbd/weights", {weights.size() / per_node, per_node}, std::span(weights), packing);
     file.write("nbd/out_centre", nbd.out_centre, packing);
     file.write("nbd/out_scale", nbd.out_scale, packing);
@@ -147,12 +145,12 @@ NbdModel read_nbd(const h5::Reader& file, std::size_t nodes, bool& as_stored) {
     if (hidden < 1 || hidden > NbdNetworks::max_hidden)
         file.refuse(fmt::format("the networks have {} hidden units", hidden),
                     fmt::format("1 to {}", NbdNetworks::max_hidden));
-    const auto m = static_cast<std::size_t>(nbd.mode_count());
+    const std::size_t m = nbd.mode_count();
     nbd.z_centre = file.matrix<Eigen::VectorXf>("nbd/z_centre", m);
     nbd.z_scale = file.matrix<Eigen::VectorXf>("nbd/z_scale", m);
-    const int per_node = NbdNetworks::weight_count(nbd.mode_count(), static_cast<int>(hidden));
+    const int per_node = NbdNetworks::weight_count(nbd.mode_count(), hidden);
     const auto weights = file.read<float>("nbd/weights", {nodes, static_cast<std::size_t>(per_node)});
-    nbd.networks = NbdNetworks(nbd.mode_count(), static_cast<int>(hidden), weights, read_numbers(file));
+    nbd.networks = NbdNetworks(nbd.mode_count(), hidden, weights, read_numbers(file));
     as_stored = nbd.networks.weights() == weights;
     nbd.out_centre = file.matrix<Eigen::MatrixXf>("nbd/out_centre", NbdModel::outputs, nodes);
     nbd.out_scale = file.matrix<Eigen::MatrixXf>("nbd/out_scale", NbdModel::outputs, nodes);
@@ -236,7 +234,7 @@ TrainingFacts read_facts(const h5::Reader& file, std::size_t nodes) {
     const std::int64_t poses = file.int_attribute("facts", "poses");
     if (poses < 0 || poses > INT32_MAX)
         file.refuse(fmt::format("{} training poses", poses), fmt::format("0 to {}", INT32_MAX));
-    facts.poses = static_cast<int>(poses);
+    facts.poses = poses;
     facts.z_error = file.number_attribute("facts", "z_error");
     facts.split.frame_seed = file.uint_attribute("facts", "frame_seed");
     facts.split.random_frame_share = static_cast<float>(file.number_attribute("facts", "random_frame_share"));
@@ -250,7 +248,7 @@ TrainingFacts read_facts(const h5::Reader& file, std::size_t nodes) {
     if (file.has("facts/calibration_trajectories"))
         facts.split.calibration_trajectories = file.read<int>("facts/calibration_trajectories", {h5::any});
     facts.node_loss = file.matrix<Eigen::VectorXf>("facts/node_loss", h5::any);
-    const auto losses = static_cast<std::size_t>(facts.node_loss.size());
+    const std::size_t losses = facts.node_loss.size();
     if (losses != 0 && losses != nodes)
         file.refuse(fmt::format("facts/node_loss has {} numbers", losses), fmt::format("none or {}", nodes));
     if (!facts.node_loss.allFinite())
@@ -350,11 +348,11 @@ TreeFile load_tree(const std::filesystem::path& path) {
     check(path, result);
     tree.boxes = make_boxes(tree);
     if (file.has("affine")) {
-        const auto rest = file.matrix<Vertices>("affine/rest", static_cast<std::size_t>(result.W.cols()), 3);
+        const auto rest = file.matrix<Vertices>("affine/rest", result.W.cols(), 3);
         of_file(path, [&] { hang_on_nodes(tree, result.W, rest); });
     } else if (file.has("solid/nodes")) {  // of a file that may be older than `affine` bounds
         SurfaceBody body = surface_body(result);
-        body.solid.X = file.matrix<Nodes>("solid/nodes", static_cast<std::size_t>(result.W.cols()), 3);
+        body.solid.X = file.matrix<Nodes>("solid/nodes", result.W.cols(), 3);
         hang_on_solid(tree, body);
     }
     if (file.has("learned_affine")) {

@@ -15,11 +15,11 @@ ClusteredModes select_rows(const SurfaceBody& body, const Clustering& clustering
     ClusteredModes modes;
     modes.representatives = clustering.representatives;
     modes.w = clustering.sizes;
-    const auto k = static_cast<Eigen::Index>(modes.representatives.size());
+    const Eigen::Index k = modes.representatives.size();
     modes.X.resize(k, 3);
     Eigen::MatrixXf U(3 * k, body.U.cols());
     for (Eigen::Index i = 0; i < k; ++i) {
-        const Eigen::Index v = modes.representatives[static_cast<std::size_t>(i)];
+        const Eigen::Index v = modes.representatives[i];
         modes.X.row(i) = body.X.row(v);
         U.middleRows<3>(3 * i) = body.U.middleRows<3>(3 * v);
     }
@@ -56,7 +56,7 @@ ClusteredModesChoice cluster_modes(const SurfaceBody& body, FrameSource& source,
     tell_progress("initialisations", config.initialisations, config.initialisations);
 
     const std::vector<FrameId> sample = spread(frames, config.poses);
-    const auto poses = static_cast<Eigen::Index>(sample.size());
+    const Eigen::Index poses = sample.size();
     Eigen::MatrixXd error(poses, config.initialisations);
     Eigen::VectorXd length(poses);
     std::vector<ModalCoordinatesScratch> scratch(frame_slots);
@@ -65,8 +65,7 @@ ClusteredModesChoice cluster_modes(const SurfaceBody& body, FrameSource& source,
         length[index] = static_cast<double>(z.norm());
         Eigen::VectorXf zhat(m);
         for (int i = 0; i < config.initialisations; ++i) {
-            modal_coordinates(candidates[static_cast<std::size_t>(i)], x,
-                              scratch[static_cast<std::size_t>(slot)], zhat);
+            modal_coordinates(candidates[i], x, scratch[slot], zhat);
             error(index, i) = static_cast<double>((z - zhat).norm());
         }
     });
@@ -82,7 +81,7 @@ ClusteredModesChoice cluster_modes(const SurfaceBody& body, FrameSource& source,
         sum += error(p, best) / length[p];
         ++moved;
     }
-    return {std::move(candidates[static_cast<std::size_t>(best)]), moved > 0 ? sum / moved : 0};
+    return {std::move(candidates[best]), moved > 0 ? sum / moved : 0};
 }
 
 }  // namespace nbd

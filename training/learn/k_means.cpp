@@ -36,7 +36,7 @@ PointRows seed_centroids(PointRowsRef points, int k, std::uint64_t seed, std::ui
     const Eigen::Index candidates = (points.rows() + stride - 1) / stride;
     Eigen::VectorXf distance = Eigen::VectorXf::Constant(candidates, std::numeric_limits<float>::max());
     PointRows centroids(k, points.cols());
-    Eigen::Index pick = counter_index(seed, stream, 0, static_cast<int>(candidates));
+    Eigen::Index pick = counter_index(seed, stream, 0, candidates);
     for (int c = 0;; ++c) {
         centroids.row(c) = points.row(pick * stride);
         if (c + 1 == k) return centroids;
@@ -62,8 +62,8 @@ PointRows draw_points(PointRowsRef points, Eigen::Index stride, std::uint64_t se
     constexpr std::uint64_t stream = 1 << 20;  // above all initialisations
     PointRows drawn(points.rows() / stride, points.cols());
     for (Eigen::Index i = 0; i < drawn.rows(); ++i)
-        drawn.row(i) = points.row(i * stride + counter_index(seed, stream, static_cast<std::uint64_t>(i),
-                                                             static_cast<int>(stride)));
+        drawn.row(i) =
+            points.row(i * stride + counter_index(seed, stream, static_cast<std::uint64_t>(i), stride));
     return drawn;
 }
 
@@ -78,7 +78,7 @@ void assign(PointRowsRef points, const PointRows& centroids, std::vector<int>& l
         for (Eigen::Index i = 0; i < count; ++i) {
             Eigen::Index nearest = 0;
             score.row(i).minCoeff(&nearest);
-            label[static_cast<std::size_t>(first + i)] = static_cast<int>(nearest);
+            label[first + i] = nearest;
             distance[first + i] = (points.row(first + i) - centroids.row(nearest)).squaredNorm();
         }
     });
@@ -90,14 +90,14 @@ void refill(const std::vector<int>& count, std::vector<int>& label, Eigen::Vecto
         if (count[c] > 0) continue;
         Eigen::Index farthest = 0;
         if (!(distance.maxCoeff(&farthest) > 0)) return;  // every point sits on a centroid
-        label[static_cast<std::size_t>(farthest)] = static_cast<int>(c);
+        label[farthest] = c;
         distance[farthest] = 0;
     }
 }
 
 std::vector<int> cluster_sizes(const std::vector<int>& label, int k) {
-    std::vector<int> size(static_cast<std::size_t>(k), 0);
-    for (const int c : label) ++size[static_cast<std::size_t>(c)];
+    std::vector<int> size(k, 0);
+    for (const int c : label) ++size[c];
     return size;
 }
 
@@ -105,26 +105,25 @@ std::vector<int> cluster_sizes(const std::vector<int>& label, int k) {
 double assign_all(PointRowsRef points, const PointRows& centroids, std::vector<int>& label,
                   Eigen::VectorXf& distance) {
     assign(points, centroids, label, distance);
-    refill(cluster_sizes(label, static_cast<int>(centroids.rows())), label, distance);
+    refill(cluster_sizes(label, centroids.rows()), label, distance);
     return std::accumulate(distance.begin(), distance.end(), 0.0);
 }
 
 /// Members of each cluster in ascending order.
 std::vector<std::vector<int>> members(const std::vector<int>& label, int k) {
-    std::vector<std::vector<int>> list(static_cast<std::size_t>(k));
-    for (std::size_t i = 0; i < label.size(); ++i)
-        list[static_cast<std::size_t>(label[i])].push_back(static_cast<int>(i));
+    std::vector<std::vector<int>> list(k);
+    for (std::size_t i = 0; i < label.size(); ++i) list[label[i]].push_back(i);
     return list;
 }
 
 /// Moves each centroid to the mean of its members; clusters without members keep theirs.
 void move_centroids(PointRowsRef points, const std::vector<int>& label, PointRows& centroids) {
-    const int k = static_cast<int>(centroids.rows());
+    const int k = centroids.rows();
     const auto list = members(label, k);
     parallel_for(
         k,
         [&](int c) {
-            const std::vector<int>& own = list[static_cast<std::size_t>(c)];
+            const std::vector<int>& own = list[c];
             if (own.empty()) return;
             Eigen::RowVectorXf sum = Eigen::RowVectorXf::Zero(points.cols());
             for (const int i : own) sum += points.row(i);
@@ -135,27 +134,27 @@ void move_centroids(PointRowsRef points, const std::vector<int>& label, PointRow
 
 /// Drops empty clusters, renumbers the others from 0 and finds their representatives.
 void represent(PointRowsRef points, const PointRows& centroids, Clustering& result) {
-    const auto list = members(result.label, static_cast<int>(centroids.rows()));
+    const auto list = members(result.label, centroids.rows());
     std::vector<float> sizes;
     for (std::size_t c = 0; c < list.size(); ++c) {
         if (list[c].empty()) continue;
-        const auto row = centroids.row(static_cast<Eigen::Index>(c));
+        const auto row = centroids.row(c);
         float nearest = std::numeric_limits<float>::max();
         int representative = list[c].front();
         for (const int i : list[c]) {
-            result.label[static_cast<std::size_t>(i)] = static_cast<int>(sizes.size());
+            result.label[i] = sizes.size();
             const float d = (points.row(i) - row).squaredNorm();
             if (d < nearest) nearest = d, representative = i;
         }
         result.representatives.push_back(representative);
         sizes.push_back(static_cast<float>(list[c].size()));
     }
-    result.sizes = Eigen::Map<const Eigen::VectorXf>(sizes.data(), static_cast<Eigen::Index>(sizes.size()));
+    result.sizes = Eigen::Map<const Eigen::VectorXf>(sizes.data(), sizes.size());
 }
 
 /// Lloyd's iterations over all of these points. Sets everything but the representatives and sizes.
 void iterate(PointRowsRef points, const KMeansConfig& config, PointRows& centroids, Clustering& result) {
-    result.label.resize(static_cast<std::size_t>(points.rows()));
+    result.label.resize(points.rows());
     Eigen::VectorXf distance(points.rows());
     double last = std::numeric_limits<double>::infinity();
     while (result.iterations < config.max_iterations) {
@@ -180,7 +179,7 @@ Clustering k_means(PointRowsRef points, const KMeansConfig& config, std::uint64_
     if (config.points_per_cluster < 1)
         throw std::invalid_argument(
             fmt::format("{} points per cluster, at least 1 needed", config.points_per_cluster));
-    const int k = static_cast<int>(std::min<Eigen::Index>(config.clusters, n));
+    const int k = std::min<Eigen::Index>(config.clusters, n);
 
     Clustering result;
     PointRows centroids = seed_centroids(points, k, config.seed, initialisation);
@@ -189,7 +188,7 @@ Clustering k_means(PointRowsRef points, const KMeansConfig& config, std::uint64_
         iterate(points, config, centroids, result);
     } else {
         iterate(draw_points(points, stride, config.seed), config, centroids, result);
-        result.label.resize(static_cast<std::size_t>(n));
+        result.label.resize(n);
         Eigen::VectorXf distance(n);
         result.inertia = assign_all(points, centroids, result.label, distance);
     }

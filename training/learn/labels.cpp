@@ -20,20 +20,19 @@ LabelFrame label_frame(std::string_view text) {
 
 PoseLabels compute_labels(const SurfaceBody& body, const SphereTree& tree, const ClusteredModes& modes,
                           FrameSource& source, std::span<const FrameId> frames, LabelFrame frame) {
-    const auto poses = static_cast<Eigen::Index>(frames.size());
-    const auto nodes = static_cast<Eigen::Index>(tree.nodes.size());
+    const Eigen::Index poses = frames.size();
+    const Eigen::Index nodes = tree.nodes.size();
     PoseLabels labels{PoseRows(poses, modes.U.cols()), PoseRows(poses, MlpShape::outputs * nodes)};
     const Eigen::VectorXf ones = Eigen::VectorXf::Ones(body.X.rows());
     std::vector<ModalCoordinatesScratch> scratch(frame_slots);
     source.for_each_frame(frames, [&](int slot, int index, VerticesRef x) {
-        RigidTransform align = modal_coordinates(modes, x, scratch[static_cast<std::size_t>(slot)],
-                                                 labels.z.row(index).transpose());
+        RigidTransform align = modal_coordinates(modes, x, scratch[slot], labels.z.row(index).transpose());
         if (frame == LabelFrame::full) align = match_shape(body.X, x, ones);
         for (Eigen::Index i = 0; i < nodes; ++i) {
             // The bounding sphere moves with the body, so aligning the world-space sphere gives the aligned
             // one.
-            const Sphere s = bounding_sphere(x, tree.node_vertices(static_cast<int>(i)));
-            const Sphere& rest = tree.rest[static_cast<std::size_t>(i)];
+            const Sphere s = bounding_sphere(x, tree.node_vertices(i));
+            const Sphere& rest = tree.rest[i];
             auto label = labels.spheres.row(index).segment<4>(4 * i);
             label.head<3>() = (align.R.transpose() * (s.c - align.t) - rest.c).transpose();
             label[3] = s.r - rest.r;

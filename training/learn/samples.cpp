@@ -25,17 +25,15 @@ struct PatchVertices {
         std::ranges::sort(ids);
         const std::vector<int> all = ids;
         ids.erase(std::ranges::unique(ids).begin(), ids.end());
-        share.resize(static_cast<Eigen::Index>(ids.size()));
+        share.resize(ids.size());
         for (std::size_t i = 0; i < ids.size(); ++i)
-            share[static_cast<Eigen::Index>(i)] =
-                static_cast<float>(std::ranges::equal_range(all, ids[i]).size()) /
-                static_cast<float>(all.size());
+            share[i] = static_cast<float>(std::ranges::equal_range(all, ids[i]).size()) /
+                       static_cast<float>(all.size());
     }
-    int count() const noexcept { return static_cast<int>(ids.size()); }
+    int count() const noexcept { return ids.size(); }
     Eigen::RowVector3f mean(VerticesRef x) const {
         Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
-        for (std::size_t i = 0; i < ids.size(); ++i)
-            sum += (share[static_cast<Eigen::Index>(i)] * x.row(ids[i])).cast<double>();
+        for (std::size_t i = 0; i < ids.size(); ++i) sum += (share[i] * x.row(ids[i])).cast<double>();
         return sum.cast<float>();
     }
     float radius(const Vertices& x, const Eigen::RowVector3f& c) const {
@@ -95,15 +93,15 @@ std::vector<int> farthest_vertices(const PatchVertices& patch, const std::vector
 std::vector<int> support_vertices(const PatchVertices& patch, const std::vector<PatchPose>& poses,
                                   int count) {
     const std::vector<int> candidates = farthest_vertices(patch, poses);
-    const auto rows = static_cast<Eigen::Index>(measures * poses.size());
+    const Eigen::Index rows = measures * poses.size();
     // Each candidate's measures in each pose, relative to the patch's radius.
-    Eigen::ArrayXXf reach(rows, static_cast<Eigen::Index>(candidates.size()));
+    Eigen::ArrayXXf reach(rows, candidates.size());
     for (std::size_t p = 0; p < poses.size(); ++p)
         for (std::size_t i = 0; i < candidates.size(); ++i) {
             const auto m = poses[p].measure(candidates[i]);
             for (int k = 0; k < measures; ++k)
-                reach(static_cast<Eigen::Index>(measures * p) + k, static_cast<Eigen::Index>(i)) =
-                    m[static_cast<std::size_t>(k)] / poses[p].r * (k == 0 ? 1 : side_weight);
+                reach(static_cast<Eigen::Index>(measures * p) + k, i) =
+                    m[k] / poses[p].r * (k == 0 ? 1 : side_weight);
         }
     std::vector<int> chosen;
     Eigen::ArrayXf reached = Eigen::ArrayXf::Zero(rows);
@@ -111,7 +109,7 @@ std::vector<int> support_vertices(const PatchVertices& patch, const std::vector<
         const Eigen::ArrayXf gain = (reach.colwise() - reached).max(0.f).colwise().sum().transpose();
         Eigen::Index best = 0;
         if (!(gain.maxCoeff(&best) > 0)) break;
-        chosen.push_back(candidates[static_cast<std::size_t>(best)]);
+        chosen.push_back(candidates[best]);
         reached = reached.max(reach.col(best));
     }
     return chosen;
@@ -121,20 +119,19 @@ std::vector<int> support_vertices(const PatchVertices& patch, const std::vector<
 void add_spread_vertices(VerticesRef X, const PatchVertices& patch, int count, std::vector<int>& chosen) {
     const auto far = [&](const Eigen::RowVector3f& point) {
         Eigen::ArrayXf squared(patch.count());
-        for (int i = 0; i < patch.count(); ++i)
-            squared[i] = (X.row(patch.ids[static_cast<std::size_t>(i)]) - point).squaredNorm();
+        for (int i = 0; i < patch.count(); ++i) squared[i] = (X.row(patch.ids[i]) - point).squaredNorm();
         return squared;
     };
     Eigen::Index at = 0;
     if (chosen.empty()) {
         far(patch.mean(X)).maxCoeff(&at);
-        chosen.push_back(patch.ids[static_cast<std::size_t>(at)]);
+        chosen.push_back(patch.ids[at]);
     }
     Eigen::ArrayXf squared = far(X.row(chosen.front()));
     for (const int v : chosen) squared = squared.min(far(X.row(v)));
     while (static_cast<int>(chosen.size()) < std::min(count, patch.count())) {
         squared.maxCoeff(&at);
-        chosen.push_back(patch.ids[static_cast<std::size_t>(at)]);
+        chosen.push_back(patch.ids[at]);
         squared = squared.min(far(X.row(chosen.back())));
         squared[at] = -1;  // vertices may coincide
     }

@@ -39,8 +39,7 @@ std::vector<Vertices> some_poses(FrameSource& source, std::span<const FrameId> f
     const auto fit = static_cast<int>(std::clamp<std::size_t>(pose_bytes / bytes, 1, 1'000'000));
     const std::vector<FrameId> chosen = spread(frames, std::min(most, fit));
     std::vector<Vertices> poses(chosen.size());
-    source.for_each_frame(chosen,
-                          [&](int, int index, VerticesRef x) { poses[static_cast<std::size_t>(index)] = x; });
+    source.for_each_frame(chosen, [&](int, int index, VerticesRef x) { poses[index] = x; });
     return poses;
 }
 
@@ -71,7 +70,7 @@ std::vector<int> part_vertices(const WideTree& tree, int part) {
 /// Samples of each of the first `count` parts, `per_part` each; smaller parts repeat theirs.
 std::vector<int> choose_part_samples(const SurfaceBody& body, std::span<const Vertices> poses,
                                      const WideTree& tree, int count, SampleRule rule, int per_part) {
-    std::vector<int> samples(static_cast<std::size_t>(count * per_part));
+    std::vector<int> samples(count * per_part);
     std::atomic<int> done = 0;
     parallel_for(
         count,
@@ -79,8 +78,7 @@ std::vector<int> choose_part_samples(const SurfaceBody& body, std::span<const Ve
             const std::vector<int> chosen =
                 choose_samples(body.X, poses, part_vertices(tree, part), rule, per_part);
             for (int k = 0; k < per_part; ++k)
-                samples[static_cast<std::size_t>(part * per_part + k)] =
-                    chosen[static_cast<std::size_t>(k) % chosen.size()];
+                samples[part * per_part + k] = chosen[static_cast<std::size_t>(k) % chosen.size()];
             tell_progress("parts", ++done, count);
         },
         1);
@@ -98,14 +96,14 @@ LearnedAffineFit choose_all_samples(const SurfaceBody& body, const WideTree& tre
             .box_samples =
                 choose_part_samples(body, some_poses(source, frames, sample_poses), tree, tree.clusters(),
                                     SampleRule::support, LearnedAffineFit::samples_per_box),
-            .clusters = std::vector<BoxFit>(static_cast<std::size_t>(tree.clusters())),
-            .residual = std::vector<float>(static_cast<std::size_t>(parts), 1.f),
-            .growth = std::vector<float>(static_cast<std::size_t>(parts * tree_width))};
+            .clusters = std::vector<BoxFit>(tree.clusters()),
+            .residual = std::vector<float>(parts, 1.f),
+            .growth = std::vector<float>(parts * tree_width)};
 }
 
 Measurements measure(const LearnedAffineModel& model, const WideTree& tree, FrameSource& source,
                      std::span<const FrameId> frames, std::uint64_t seed) {
-    const auto poses = static_cast<Eigen::Index>(frames.size());
+    const Eigen::Index poses = frames.size();
     Measurements all{PoseRows(poses, model.clusters()), PoseRows(poses, model.clusters()),
                      PoseRows(poses, tree_width * model.parts()), PoseRows(poses, model.parts())};
     struct Scratch {
@@ -116,9 +114,9 @@ Measurements measure(const LearnedAffineModel& model, const WideTree& tree, Fram
     };
     std::vector<Scratch> slots(frame_slots);
     source.for_each_frame(frames, [&](int slot, int index, VerticesRef x) {
-        auto& [turned, exact, boxes, of_map] = slots[static_cast<std::size_t>(slot)];
+        auto& [turned, exact, boxes, of_map] = slots[slot];
         of_map.resize(LearnedAffineModel::scratch);
-        const FrameId& f = frames[static_cast<std::size_t>(index)];
+        const FrameId& f = frames[index];
         const auto stream =
             static_cast<std::uint64_t>(f.trajectory) << 32 | static_cast<std::uint64_t>(f.frame);
         turned = x * CounterRandom(seed, stream).orientation().toRotationMatrix().cast<float>();
@@ -126,16 +124,15 @@ Measurements measure(const LearnedAffineModel& model, const WideTree& tree, Fram
         for (int c = 0; c < model.clusters(); ++c) {
             const ClusterSamples samples = model.cluster_samples(c, turned.data());
             all.spread(index, c) = samples.spread;
-            all.cluster_growth(index, c) = outside(samples.box, exact.clusters[static_cast<std::size_t>(c)]) /
-                                           std::max(samples.spread, least);
+            all.cluster_growth(index, c) =
+                outside(samples.box, exact.clusters[c]) / std::max(samples.spread, least);
         }
         for (int part = 0; part < model.parts(); ++part) {
             const float residual = model.map_children(part, turned.data(), of_map.data(), boxes);
             all.residual(index, part) = residual;
             const auto protrusions = model.protrusions(part, boxes, tree, exact);
             for (int k = 0; k < tree_width; ++k)
-                all.growth(index, tree_width * part + k) =
-                    protrusions[static_cast<std::size_t>(k)] / residual;
+                all.growth(index, tree_width * part + k) = protrusions[k] / residual;
         }
     });
     return all;
@@ -146,7 +143,7 @@ std::vector<FrameId> some_frames(const LearnedAffineModel& model, std::span<cons
     const auto bytes =
         static_cast<std::size_t>((tree_width + 1) * model.parts() + 2 * model.clusters()) * sizeof(float);
     const auto fit = std::clamp<std::size_t>(measurement_bytes / bytes, 1, 1'000'000);
-    return spread(frames, static_cast<int>(fit));
+    return spread(frames, fit);
 }
 
 }  // namespace
@@ -168,15 +165,14 @@ std::shared_ptr<const LearnedAffineModel> train_learned_affine(
     const Measurements measured =
         measure(neutral, tree, source, some_frames(neutral, frames), counter_random(config.seed, 3, 0));
     for (int c = 0; c < neutral.clusters(); ++c)
-        fit.clusters[static_cast<std::size_t>(c)] =
+        fit.clusters[c] =
             fit_box(measured.spread.col(c), measured.cluster_growth.col(c), config.box_miss_rate);
     for (int part = 0; part < neutral.parts(); ++part) {
-        fit.residual[static_cast<std::size_t>(part)] = std::max(
+        fit.residual[part] = std::max(
             least, static_cast<float>(
                        std::sqrt(measured.residual.col(part).cast<double>().array().square().mean())));
         for (int k = tree_width * part; k < tree_width * (part + 1); ++k)
-            fit.growth[static_cast<std::size_t>(k)] =
-                std::max(0.f, upper_quantile(measured.growth.col(k), config.box_miss_rate));
+            fit.growth[k] = std::max(0.f, upper_quantile(measured.growth.col(k), config.box_miss_rate));
     }
     return std::make_shared<const LearnedAffineModel>(tree, std::move(fit));
 }

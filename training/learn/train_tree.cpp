@@ -90,7 +90,7 @@ NbdModel train_model(const ClusteredModes& modes, PoseLabels& labels, const Trai
     node_loss.resize(nodes);
     std::vector<float> weights;
     for (Eigen::Index i = 0; i < nodes; ++i) {
-        const TrainedMlp& network = networks[static_cast<std::size_t>(i)];
+        const TrainedMlp& network = networks[i];
         weights.insert(weights.end(), network.weights.begin(), network.weights.end());
         node_loss[i] = network.loss;
     }
@@ -187,7 +187,7 @@ TreeFile train_tree(SurfaceBody body, FrameSource& source, TrainConfig config, c
                              counter_random(config.seed, 0, 0), config.calibration_share, config.split);
     facts.split.troubled_frames = config.troubled_frames;
     const std::vector<FrameId> frames = frames_of(recording, facts.split, FrameSet::train);
-    facts.poses = static_cast<int>(frames.size());
+    facts.poses = frames.size();
     const int needed = trains(config, BoundKind::nbd) ? config.mlp.batch : 1;
     if (facts.poses < needed)
         throw std::runtime_error(
@@ -202,7 +202,7 @@ TreeFile train_tree(SurfaceBody body, FrameSource& source, TrainConfig config, c
     const RecordingHash& hashes = source.hashes(used);
     facts.recording_hash = hashes.hex;
     facts.trained_on = seen_trajectories(recording, hashes, facts.split.train_trajectories);
-    file.tree.vertex_count = static_cast<int>(body.X.rows());
+    file.tree.vertex_count = body.X.rows();
     file.tree.faces = body.F;
     file.X = body.X;
     file.W = body.W;

@@ -36,12 +36,12 @@ class NearestLeaf {
     };
 
     double gap(int node, const Eigen::Vector3d& p) const {
-        const Sphere& s = tree_.rest[static_cast<std::size_t>(node)];
+        const Sphere& s = tree_.rest[node];
         return (p - s.c.cast<double>()).norm() - static_cast<double>(s.r);
     }
 
     void visit(int node, const Eigen::Vector3d& p, Best& best) const {
-        const SphereTree::Node& n = tree_.nodes[static_cast<std::size_t>(node)];
+        const SphereTree::Node& n = tree_.nodes[node];
         if (!n.is_leaf()) {
             int near = n.first_child, far = near + 1;
             if (gap(far, p) < gap(near, p)) std::swap(near, far);
@@ -65,12 +65,12 @@ class NearestLeaf {
 
 std::vector<int> leaves_of_faces(const TreeFile& trained, const SurfaceBody& body) {
     const NearestLeaf nearest(trained);
-    std::vector<int> leaves(static_cast<std::size_t>(body.F.rows()));
-    parallel_for(static_cast<int>(leaves.size()), [&](int f) {
+    std::vector<int> leaves(body.F.rows());
+    parallel_for(leaves.size(), [&](int f) {
         stop_if_asked();
         Eigen::Vector3d middle = Eigen::Vector3d::Zero();
         for (const int v : body.F.row(f)) middle += body.X.row(v).transpose().cast<double>() / 3;
-        leaves[static_cast<std::size_t>(f)] = nearest.find(middle);
+        leaves[f] = nearest.find(middle);
     });
     return leaves;
 }
@@ -80,14 +80,14 @@ std::vector<float> move_vertices(const TreeFile& trained, const SurfaceBody& bod
                                  std::vector<int>& vertices) {
     std::vector<float> moved(vertices.size());
     parallel_for(
-        static_cast<int>(vertices.size()),
+        vertices.size(),
         [&](int i) {
             stop_if_asked();
             Eigen::Index nearest = 0;
-            const auto k = static_cast<std::size_t>(i);
+            const std::size_t k = i;
             const float squared =
                 (body.X.rowwise() - trained.X.row(vertices[k])).rowwise().squaredNorm().minCoeff(&nearest);
-            vertices[k] = static_cast<int>(nearest);
+            vertices[k] = nearest;
             moved[k] = std::sqrt(squared);
         },
         64);
@@ -109,7 +109,7 @@ NbdModel move_nbd(const TreeFile& trained, const SurfaceBody& body, const Sphere
     model.modes.X = body.X(representatives, Eigen::all);
     for (std::size_t i = 0; i < spheres.rest.size(); ++i) {
         const Sphere &before = trained.tree.spheres.rest[i], &after = spheres.rest[i];
-        const auto column = static_cast<Eigen::Index>(i);
+        const Eigen::Index column = i;
         model.out_centre.block<3, 1>(0, column) += before.c - after.c;
         model.out_centre(3, column) += before.r - after.r;
     }
@@ -124,7 +124,7 @@ TreeFile transfer_tree(const TreeFile& trained, const SurfaceBody& body) {
     file.X = body.X;
     file.W = body.W;
     CollisionTree& tree = file.tree;
-    tree.vertex_count = static_cast<int>(body.X.rows());
+    tree.vertex_count = body.X.rows();
     tree.faces = body.F;
     tree.spheres = sphere_tree_like(trained.tree.spheres, leaves_of_faces(trained, body), body.X, body.F);
     tree.nbd = move_nbd(trained, body, tree.spheres);

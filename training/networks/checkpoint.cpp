@@ -24,7 +24,7 @@ std::string training_key(const PoseRows& inputs, const PoseRows& targets, const 
                     c.max_epochs, c.seed, inputs.rows(), inputs.cols(), targets.rows(), targets.cols());
     hash.add(std::as_bytes(std::span(options)));
     for (const PoseRows* data : {&inputs, &targets})
-        hash.add(std::as_bytes(std::span(data->data(), static_cast<std::size_t>(data->size()))));
+        hash.add(std::as_bytes(std::span(data->data(), data->size())));
     return hash.hex();
 }
 
@@ -35,7 +35,7 @@ void save_checkpoint(const std::filesystem::path& path, const std::string& key,
     for (std::size_t i = 0; i < networks.size(); ++i) {
         const TrainedMlp& network = networks[i];
         if (network.weights.size() == 0) continue;
-        nodes.push_back(static_cast<int>(i));
+        nodes.push_back(i);
         epochs.push_back(network.epochs);
         losses.push_back(network.loss);
         weights.insert(weights.end(), network.weights.begin(), network.weights.end());
@@ -63,13 +63,12 @@ int load_checkpoint(const std::filesystem::path& path, const std::string& key,
     for (std::size_t i = 0; i < nodes.size(); ++i) {
         if (nodes[i] < 0 || static_cast<std::size_t>(nodes[i]) >= networks.size())
             file.refuse(fmt::format("node {}", nodes[i]), fmt::format("0 to {}", networks.size() - 1));
-        TrainedMlp& network = networks[static_cast<std::size_t>(nodes[i])];
-        network.weights =
-            Eigen::Map<const Eigen::VectorXf>(weights.data() + i * each, static_cast<Eigen::Index>(each));
+        TrainedMlp& network = networks[nodes[i]];
+        network.weights = Eigen::Map<const Eigen::VectorXf>(weights.data() + i * each, each);
         network.loss = losses[i];
         network.epochs = epochs[i];
     }
-    return static_cast<int>(nodes.size());
+    return nodes.size();
 }
 
 }  // namespace nbd

@@ -44,8 +44,7 @@ void pair_columns(const float* rows, int count, Pair* out) noexcept;
 inline void add_product(Vec& sum, const Vec& column, float factor) noexcept { sum += column * factor; }
 #if defined(__AVX512BF16__)
 inline void add_product(Vec& sum, const Vec& column, Pair factor) noexcept {
-    sum = (Vec)_mm512_dpbf16_ps((__m512)sum, (__m512bh)column,
-                                (__m512bh)_mm512_set1_epi32(static_cast<int>(factor)));
+    sum = (Vec)_mm512_dpbf16_ps((__m512)sum, (__m512bh)column, (__m512bh)_mm512_set1_epi32(factor));
 }
 
 template <int H>

@@ -16,7 +16,7 @@ Eigen::MatrixXf take_linear_centre(const PoseRows& z, PoseRows& spheres) {
     const Eigen::LDLT<Eigen::MatrixXd> factor(moments);
 
     Eigen::MatrixXf map(m, 3 * nodes);
-    parallel_for(static_cast<int>(nodes), [&](int node) {
+    parallel_for(nodes, [&](int node) {
         auto centres = spheres.middleCols<3>(MlpShape::outputs * node);
         map.middleCols<3>(3 * node) =
             factor.solve(centred.transpose() * centres.cast<double>()).cast<float>();

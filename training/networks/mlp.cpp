@@ -109,18 +109,18 @@ MlpBatch::MlpBatch(int hidden, const PoseBlocks& poses, const PoseRows& targets,
       poses_(&poses),
       targets_(Eigen::VectorXf::Zero(poses.blocks() * PoseBlocks::block * outputs)) {
     for (int s = 0; s < poses.poses(); ++s)
-        targets_.segment<outputs>(s * outputs) = targets.row(poses.order()[static_cast<std::size_t>(s)]);
+        targets_.segment<outputs>(s * outputs) = targets.row(poses.order()[s]);
     const int slots = capacity * PoseBlocks::block;
     for (auto* layer : {&h1_, &h2_}) layer->resize(slots * hidden);
     d3_.resize(slots * outputs);
     transposed_.resize(hidden * hidden);
-    pieces_.resize(static_cast<std::size_t>(capacity));
+    pieces_.resize(capacity);
     if (poses.arithmetic() == Arithmetic::single) return;
     W1_.resize(poses.pairs() * hidden);
     for (auto* W : {&W2_, &W2T_}) W->resize(hidden * hidden / 2);
     for (auto* layer : {&h1_rows_, &h1_slots_, &d2_rows_, &d2_slots_, &d1_slots_})
         layer->resize(slots * hidden / 2);
-    paired_pieces_.resize(static_cast<std::size_t>(capacity));
+    paired_pieces_.resize(capacity);
 }
 
 template <int H, class Word>

@@ -66,7 +66,7 @@ void check_mlp_config(const MlpConfig& c) {
 
 std::optional<TrainedMlp> train_mlp(const PoseBlocks& poses, const PoseRows& targets, const MlpConfig& config,
                                     std::uint64_t stream, const std::atomic<bool>* cancel) {
-    std::vector<int> order(static_cast<std::size_t>(poses.blocks()));
+    std::vector<int> order(poses.blocks());
     std::iota(order.begin(), order.end(), 0);
     const int a_step = std::min((config.batch + PoseBlocks::block - 1) / PoseBlocks::block, poses.blocks());
     MlpBatch batch(config.hidden, poses, targets, a_step);
@@ -78,9 +78,8 @@ std::optional<TrainedMlp> train_mlp(const PoseBlocks& poses, const PoseRows& tar
     const auto mean_over_steps = [&](const auto& f) {
         double sum = 0;
         for (int begin = 0; begin < poses.blocks(); begin += a_step) {
-            const auto blocks = std::span<const int>(order).subspan(
-                static_cast<std::size_t>(begin),
-                static_cast<std::size_t>(std::min(a_step, poses.blocks() - begin)));
+            const auto blocks =
+                std::span<const int>(order).subspan(begin, std::min(a_step, poses.blocks() - begin));
             sum += static_cast<double>(f(blocks)) * poses.poses_in(blocks);
         }
         return sum / poses.poses();
@@ -106,7 +105,7 @@ void train_mlps(const PoseRows& inputs, const PoseRows& targets, const MlpConfig
     check_mlp_config(config);
     const MlpShape shape{.inputs = static_cast<int>(inputs.cols()), .hidden = config.hidden};
     check_mlp_shape(shape);
-    const int nodes = static_cast<int>(networks.size());
+    const int nodes = networks.size();
     if (inputs.rows() < 1) fail("no pose to train on");
     if (targets.rows() != inputs.rows() || targets.cols() != MlpShape::outputs * nodes)
         fail("targets are {} x {}, but {} poses and {} nodes need {} x {}", targets.rows(), targets.cols(),
@@ -115,7 +114,7 @@ void train_mlps(const PoseRows& inputs, const PoseRows& targets, const MlpConfig
     TrainingProgress progress{.nodes = nodes};
     double loss_sum = 0;
     for (int i = 0; i < nodes; ++i) {
-        const TrainedMlp& network = networks[static_cast<std::size_t>(i)];
+        const TrainedMlp& network = networks[i];
         if (network.weights.size() == 0) {
             missing.push_back(i);
         } else if (network.weights.size() != shape.weights()) {
@@ -132,15 +131,15 @@ void train_mlps(const PoseRows& inputs, const PoseRows& targets, const MlpConfig
     const PoseBlocks poses(inputs, config.arithmetic, config.seed);
     std::mutex report;
     parallel_for(
-        static_cast<int>(missing.size()),
+        missing.size(),
         [&](int task) {
-            const int node = missing[static_cast<std::size_t>(task)];
+            const int node = missing[task];
             const PoseRows own = targets.middleCols(MlpShape::outputs * node, MlpShape::outputs);
             auto network = train_mlp(poses, own, config, static_cast<std::uint64_t>(node), hooks.cancel);
             if (!network) return;
             const std::lock_guard lock(report);
             loss_sum += network->loss;
-            networks[static_cast<std::size_t>(node)] = std::move(*network);
+            networks[node] = std::move(*network);
             ++progress.nodes_done;
             progress.mean_loss = loss_sum / progress.nodes_done;
             progress.seconds = watch.seconds();

@@ -19,16 +19,15 @@ std::uint32_t bfloat16(float x) {
 
 PoseBlocks::PoseBlocks(const PoseRows& inputs, Arithmetic arithmetic, std::uint64_t seed)
     : arithmetic_(arithmetic),
-      inputs_(static_cast<int>(inputs.cols())),
+      inputs_(inputs.cols()),
       // Rows a power of two apart would compete for a few sets of the L1 cache.
       stride_((inputs.cols() + 15) / 16 * 16 + 16),
-      order_(static_cast<std::size_t>(inputs.rows())) {
+      order_(inputs.rows()) {
     std::iota(order_.begin(), order_.end(), 0);
     shuffle(order_, seed, ~std::uint64_t{0}, 0);
     const std::ptrdiff_t slots = std::ptrdiff_t{blocks()} * block, m = inputs_;
     rows_.setZero(slots * stride_);
-    for (std::ptrdiff_t s = 0; s < poses(); ++s)
-        rows_.segment(s * stride_, m) = inputs.row(order_[static_cast<std::size_t>(s)]);
+    for (std::ptrdiff_t s = 0; s < poses(); ++s) rows_.segment(s * stride_, m) = inputs.row(order_[s]);
     if (arithmetic == Arithmetic::single) return;
 
     const auto at = [&](std::ptrdiff_t slot, std::ptrdiff_t i) {

@@ -19,7 +19,7 @@ class PoseBlocks {
     PoseBlocks(const PoseRows& inputs, Arithmetic arithmetic, std::uint64_t seed);
 
     Arithmetic arithmetic() const noexcept { return arithmetic_; }
-    int poses() const noexcept { return static_cast<int>(order_.size()); }
+    int poses() const noexcept { return order_.size(); }
     int inputs() const noexcept { return inputs_; }
     /// Number of blocks. Slots from poses() on in the last block hold zeros.
     int blocks() const noexcept { return (poses() + block - 1) / block; }

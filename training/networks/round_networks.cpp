@@ -13,9 +13,9 @@ NbdNetworks round_networks(const MlpShape& shape, std::span<const float> weights
     constexpr Eigen::Index max_poses = 1000;
     const Eigen::Index poses = std::min(z.rows(), max_poses);
     const auto pose = [&](Eigen::Index i) { return i * z.rows() / poses; };
-    std::vector<FixedVector> inputs(static_cast<std::size_t>(poses), FixedVector(shape.inputs));
+    std::vector<FixedVector> inputs(poses, FixedVector(shape.inputs));
     for (Eigen::Index i = 0; i < poses; ++i) {
-        FixedVector& x = inputs[static_cast<std::size_t>(i)];
+        FixedVector& x = inputs[i];
         x.numbers() = z.row(pose(i)).transpose();
         x.fix();
     }
@@ -24,7 +24,7 @@ NbdNetworks round_networks(const MlpShape& shape, std::span<const float> weights
         Eigen::Array4d error = Eigen::Array4d::Zero();
         for (Eigen::Index i = 0; i < poses; ++i) {
             Eigen::Array4f given;
-            rounded.evaluate(node, inputs[static_cast<std::size_t>(i)], {&given, 1});
+            rounded.evaluate(node, inputs[i], {&given, 1});
             const auto target = targets.row(pose(i)).segment<MlpShape::outputs>(MlpShape::outputs * node);
             error += target.transpose().array().cast<double>() - given.cast<double>();
         }

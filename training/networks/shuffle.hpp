@@ -14,7 +14,7 @@ inline void shuffle(std::vector<int>& order, std::uint64_t seed, std::uint64_t s
     const std::uint64_t first = (static_cast<std::uint64_t>(round) + 1) << 32;
     for (std::size_t i = order.size(); i-- > 1;) {
         const int j = counter_index(seed, stream, first + i, static_cast<int>(i) + 1);
-        std::swap(order[i], order[static_cast<std::size_t>(j)]);
+        std::swap(order[i], order[j]);
     }
 }
 

@@ -59,7 +59,7 @@ void run(const ContactArguments& arguments, Output& out) {
     bool broken = false;
     for (const std::string& scene : arguments.scenes) {
         const std::vector<ContactRun> of_scene = run_contact_scene(scene, config, out);
-        const auto seeds = static_cast<std::size_t>(config.seeds);
+        const std::size_t seeds = config.seeds;
         for (std::size_t first = 0; first < of_scene.size(); first += seeds) {
             const ContactRun all = together(std::span(of_scene).subspan(first, seeds));
             tell(all, out);

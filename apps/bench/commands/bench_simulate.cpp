@@ -57,9 +57,7 @@ void run(const BenchSimulateArguments& arguments, Output& out) {
     hold_blas_to_one_thread();
     if (const BlasInfo blas = blas_info(); !blas.fast) out.warning(blas.warning);
     std::optional<tbb::global_control> limit;
-    if (arguments.threads > 0)
-        limit.emplace(tbb::global_control::max_allowed_parallelism,
-                      static_cast<std::size_t>(arguments.threads));
+    if (arguments.threads > 0) limit.emplace(tbb::global_control::max_allowed_parallelism, arguments.threads);
     if (!arguments.csv.empty())
         check_output(arguments.csv, {arguments.bodies.begin(), arguments.bodies.end()}, ".csv");
     out.text(fmt::format(

@@ -8,18 +8,16 @@ namespace nbd {
 
 template <int N>
 ClampedBody<N>::ClampedBody(const Nodes& X, const Elements<N>& T, int held)
-    : X_(X), T_(T), held_(held), row_(static_cast<std::size_t>(X.rows()), 0) {
-    for (const int node : T.topRows(held).reshaped()) row_[static_cast<std::size_t>(node)] = -1;
+    : X_(X), T_(T), held_(held), row_(X.rows(), 0) {
+    for (const int node : T.topRows(held).reshaped()) row_[node] = -1;
     int moving = 0;
     for (int& row : row_)
         if (row == 0) row = moving++;
-    std::vector<std::vector<int>> neighbours(static_cast<std::size_t>(moving));
+    std::vector<std::vector<int>> neighbours(moving);
     for (Eigen::Index t = held; t < T.rows(); ++t)
         for (const int a : T.row(t))
             for (const int b : T.row(t))
-                if (const int i = row_[static_cast<std::size_t>(a)], j = row_[static_cast<std::size_t>(b)];
-                    i >= 0 && j >= 0)
-                    neighbours[static_cast<std::size_t>(i)].push_back(j);
+                if (const int i = row_[a], j = row_[b]; i >= 0 && j >= 0) neighbours[i].push_back(j);
     pattern_ = BlockPattern(std::move(neighbours));
 }
 
@@ -32,11 +30,11 @@ void ClampedBody<N>::assemble(const Moduli& moduli, const Eigen::Vector3d& force
         const Eigen::Matrix<double, 3, 4> corners = X_(T_.row(t).template head<4>(), Eigen::all).transpose();
         const ElementIntegrals<N> element = integrate_element<N>(corners, moduli);
         for (int a = 0; a < N; ++a) {
-            const int i = row_[static_cast<std::size_t>(T_(t, a))];
+            const int i = row_[T_(t, a)];
             if (i < 0) continue;
             f.segment<3>(3 * i) += element.shapes[a] * force;
             for (int b = 0; b < N; ++b) {
-                const int j = row_[static_cast<std::size_t>(T_(t, b))];
+                const int j = row_[T_(t, b)];
                 if (j < 0) continue;
                 pattern_.block(K, i, pattern_.find(i, j) - pattern_.first_block(i)) +=
                     element.stiffness.template block<3, 3>(3 * b, 3 * a);
@@ -49,7 +47,7 @@ template <int N>
 Nodes ClampedBody<N>::of_nodes(const Eigen::VectorXd& u) const {
     Nodes result = Nodes::Zero(X_.rows(), 3);
     for (std::size_t i = 0; i < row_.size(); ++i)
-        if (row_[i] >= 0) result.row(static_cast<Eigen::Index>(i)) = u.segment<3>(3 * row_[i]).transpose();
+        if (row_[i] >= 0) result.row(i) = u.segment<3>(3 * row_[i]).transpose();
     return result;
 }
 

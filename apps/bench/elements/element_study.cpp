@@ -27,7 +27,7 @@ struct HeldMesh {
 
 HeldMesh hold_one_end(const TetMesh& tets, Eigen::Index axis) {
     const double low = tets.X.col(axis).minCoeff(), length = tets.X.col(axis).maxCoeff() - low;
-    std::vector<int> order(static_cast<std::size_t>(tets.T.rows()));
+    std::vector<int> order(tets.T.rows());
     std::iota(order.begin(), order.end(), 0);
     const auto others = std::stable_partition(order.begin(), order.end(), [&](int t) {
         double centre = 0;
@@ -139,8 +139,7 @@ std::vector<ElementRow> study_elements(const Body& body, const ElementStudyConfi
 
     std::vector<Equilibrium> found;
     const auto add = [&](int level, const Nodes& nodes, const auto& elements, int held, int repeats) {
-        out.progress(fmt::format("{}: {} nodes", body.name, nodes.rows()), static_cast<int>(found.size()),
-                     2 * levels + 3);
+        out.progress(fmt::format("{}: {} nodes", body.name, nodes.rows()), found.size(), 2 * levels + 3);
         try {
             found.push_back(find_equilibrium(nodes, elements, held, load, repeats));
         } catch (const std::runtime_error& error) {

@@ -49,7 +49,7 @@ QuadraticMesh add_midpoints(const TetMesh& mesh) {
     for (Eigen::Index t = 0; t < mesh.T.rows(); ++t)
         for (int k = 0; k < 6; ++k) {
             const auto at = std::ranges::lower_bound(edges, edge_between(mesh, t, edges_of_tet[k]));
-            result.T(t, 4 + k) = static_cast<int>(corners + (at - edges.begin()));
+            result.T(t, 4 + k) = corners + (at - edges.begin());
         }
     return result;
 }

@@ -59,7 +59,7 @@ void read_file(const std::filesystem::path& file, ImpactQueries& into) {
     for (std::string line; std::getline(in, line); ++number) {
         const Row row = read_row(line, file, number + 1);
         const int k = number % rows;
-        MovingPoint& corner = query[static_cast<std::size_t>(k % corners)];
+        MovingPoint& corner = query[k % corners];
         (k < corners ? corner.begin : corner.end) << row[0] / row[1], row[2] / row[3], row[4] / row[5];
         if (k + 1 < rows) continue;
         into.queries.push_back(query);

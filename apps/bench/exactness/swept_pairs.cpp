@@ -20,7 +20,7 @@ Triangle triangle(const VerticesRef& x, const FacesRef& F, int f) {
 /// Boxes of all faces, sorted along the first axis. Each is grown by half of `by`, exactly or a little more.
 std::vector<FaceBox> sorted_boxes(const VerticesRef& x, const FacesRef& F, double by) {
     std::vector<FaceBox> boxes;
-    boxes.reserve(static_cast<std::size_t>(F.rows()));
+    boxes.reserve(F.rows());
     for (int f = 0; f < F.rows(); ++f) {
         const auto corner = [&](int k) { return x.row(F(f, k)).cast<double>().transpose().array().eval(); };
         const Eigen::Array3d a = corner(0), b = corner(1), c = corner(2);

@@ -10,10 +10,10 @@ namespace {
 
 /// New number of each vertex: in the order of the leaves, vertices without a face last.
 std::vector<int> tree_order(const SphereTree& tree, int vertex_count) {
-    std::vector<int> number(static_cast<std::size_t>(vertex_count), -1);
+    std::vector<int> number(vertex_count, -1);
     int next = 0;
     for (const int v : tree.vertices)
-        if (int& n = number[static_cast<std::size_t>(v)]; n < 0) n = next++;
+        if (int& n = number[v]; n < 0) n = next++;
     for (int& n : number)
         if (n < 0) n = next++;
     return number;
@@ -38,19 +38,19 @@ BenchBody make_bench_body(SurfaceBody surface, TreeFile tree) {
 }
 
 BenchBody in_tree_order(const BenchBody& body) {
-    const int n = static_cast<int>(body.surface.X.rows());
+    const int n = body.surface.X.rows();
     const std::vector<int> number = tree_order(body.tree->spheres, n);
     const auto renumber = [&](auto begin, auto end) {
-        for (; begin != end; ++begin) *begin = number[static_cast<std::size_t>(*begin)];
+        for (; begin != end; ++begin) *begin = number[*begin];
     };
     BenchBody moved = body;
     std::vector<Eigen::Triplet<float>> weights;
-    weights.reserve(static_cast<std::size_t>(body.surface.W.nonZeros()));
+    weights.reserve(body.surface.W.nonZeros());
     for (int v = 0; v < n; ++v) {
-        const int to = number[static_cast<std::size_t>(v)];
+        const int to = number[v];
         moved.surface.X.row(to) = body.surface.X.row(v);
         for (SurfaceEmbedding::InnerIterator entry(body.surface.W, v); entry; ++entry)
-            weights.emplace_back(to, static_cast<int>(entry.col()), entry.value());
+            weights.emplace_back(to, entry.col(), entry.value());
     }
     moved.surface.W.setFromTriplets(weights.begin(), weights.end());
     Faces& F = moved.surface.F;

@@ -15,7 +15,7 @@ struct BenchBody {
     SurfaceBody surface;                        // without modes
     std::shared_ptr<const CollisionTree> tree;  // without learned bounds if no tree was trained
     TrainingSplit split;                        // of the tree's training; empty if no tree was trained
-    int faces() const noexcept { return static_cast<int>(surface.F.rows()); }
+    int faces() const noexcept { return surface.F.rows(); }
 };
 
 /// Makes a body with a tree of bounds that need no training. Drops the modes.

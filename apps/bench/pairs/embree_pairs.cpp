@@ -23,7 +23,7 @@ class EmbreeScene {
         rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_LOW);
         geometry_ = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
         rtcSetGeometryBuildQuality(geometry_, quality);
-        rtcSetGeometryUserPrimitiveCount(geometry_, static_cast<unsigned>(body.F.rows()));
+        rtcSetGeometryUserPrimitiveCount(geometry_, body.F.rows());
         rtcSetGeometryUserData(geometry_, this);
         rtcSetGeometryBoundsFunction(geometry_, bound_face, nullptr);
         rtcCommitGeometry(geometry_);
@@ -49,7 +49,7 @@ class EmbreeScene {
  private:
     static void bound_face(const RTCBoundsFunctionArguments* arguments) {
         const PosedFaces& faces = static_cast<const EmbreeScene*>(arguments->geometryUserPtr)->faces_;
-        const Box box = bounding_box(faces.triangle(static_cast<int>(arguments->primID)));
+        const Box box = bounding_box(faces.triangle(arguments->primID));
         RTCBounds& out = *arguments->bounds_o;
         out.lower_x = box.lo[0];
         out.lower_y = box.lo[1];

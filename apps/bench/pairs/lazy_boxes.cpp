@@ -31,9 +31,7 @@ void cut(int begin, int end, int most, std::vector<Range>& parts) {
 bool overlap(const Box& s, const Box& t) noexcept { return (s.lo <= t.hi).all() && (t.lo <= s.hi).all(); }
 
 /// Number of points that boxes are read from: tet nodes or surface vertices.
-int point_count(VerticesRef X, const SurfaceEmbedding* W) {
-    return static_cast<int>(W ? W->cols() : X.rows());
-}
+int point_count(VerticesRef X, const SurfaceEmbedding* W) { return W ? W->cols() : X.rows(); }
 
 }  // namespace
 
@@ -55,7 +53,7 @@ LazyBoxes::LazyBoxes(VerticesRef X, FacesRef F, const SurfaceEmbedding* W, const
     faces_ = build_sphere_tree(X, F, {.depth = 0}).faces;
     corners_ = F(faces_, Eigen::all);
     std::vector<Range> ranges;
-    cut(0, static_cast<int>(F.rows()), config.cluster_faces, ranges);
+    cut(0, F.rows(), config.cluster_faces, ranges);
     std::vector<std::vector<int>> lists;  // points of each cluster
     for (const Range& range : ranges) {
         std::vector<Range> blocks;
@@ -64,7 +62,7 @@ LazyBoxes::LazyBoxes(VerticesRef X, FacesRef F, const SurfaceEmbedding* W, const
             {static_cast<int>(blocks_.size()), static_cast<int>(blocks_.size() + blocks.size())});
         cluster_points_.add(points_of(range));
         for (const Range& block : blocks) {
-            const auto begin = static_cast<int>(groups_.size());
+            const int begin = groups_.size();
             cut(block.begin, block.end, lanes, groups_);
             blocks_.push_back({begin, static_cast<int>(groups_.size())});
             block_points_.add(points_of(block));
@@ -81,7 +79,7 @@ LazyBoxes::LazyBoxes(VerticesRef X, FacesRef F, const SurfaceEmbedding* W, const
 }
 
 void LazyBoxes::add_vertices(const Range& slots) {
-    const auto begin = static_cast<int>(vertices_.size());
+    const int begin = vertices_.size();
     const std::vector<int> vertices = vertices_of(slots);
     vertices_.insert(vertices_.end(), vertices.begin(), vertices.end());
     block_vertices_.push_back({begin, static_cast<int>(vertices_.size())});
@@ -99,8 +97,7 @@ std::vector<int> LazyBoxes::points_of(const Range& slots) const {
     if (!W_) return vertices;
     std::vector<int> nodes;
     for (const int v : vertices)
-        for (SurfaceEmbedding::InnerIterator entry(*W_, v); entry; ++entry)
-            nodes.push_back(static_cast<int>(entry.col()));
+        for (SurfaceEmbedding::InnerIterator entry(*W_, v); entry; ++entry) nodes.push_back(entry.col());
     std::ranges::sort(nodes);
     nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
     return nodes;
@@ -112,8 +109,8 @@ void LazyBoxes::begin_pose(VertexView points) noexcept {
     ++pose_;
     all_ = empty_box();
     for (std::size_t c = 0; c < clusters_.size(); ++c) {
-        const Box box = cluster_points_.box(static_cast<int>(c), points_);
-        cluster_boxes_[c / lanes].set(static_cast<int>(c % lanes), box);
+        const Box box = cluster_points_.box(c, points_);
+        cluster_boxes_[c / lanes].set(c % lanes, box);
         all_ = joined(all_, box);
     }
     if (!W_) return;
@@ -130,7 +127,7 @@ Box LazyBoxes::grown(const Box& box) const noexcept {
 }
 
 void LazyBoxes::refit_blocks(int cluster) noexcept {
-    const auto c = static_cast<std::size_t>(cluster);
+    const std::size_t c = cluster;
     if (cluster_poses_[c] == pose_) return;
     cluster_poses_[c] = pose_;
     const Range blocks = clusters_[c];
@@ -139,25 +136,25 @@ void LazyBoxes::refit_blocks(int cluster) noexcept {
 }
 
 void LazyBoxes::make_positions(int block) noexcept {
-    const Range range = block_vertices_[static_cast<std::size_t>(block)];
+    const Range range = block_vertices_[block];
     const int *begin = W_->outerIndexPtr(), *node = W_->innerIndexPtr();
     const float* weight = W_->valuePtr();
     for (int k = range.begin; k < range.end; ++k) {
-        const int v = vertices_[static_cast<std::size_t>(k)];
+        const int v = vertices_[k];
         made_.row(v) =
             embedded_position(begin[v + 1] - begin[v], node + begin[v], weight + begin[v], points_, 3);
     }
 }
 
 void LazyBoxes::refit_faces(int block) noexcept {
-    const auto b = static_cast<std::size_t>(block);
+    const std::size_t b = block;
     if (block_poses_[b] == pose_) return;
     block_poses_[b] = pose_;
     if (W_) make_positions(block);
     for (int g = blocks_[b].begin; g < blocks_[b].end; ++g) {
-        const Range slots = groups_[static_cast<std::size_t>(g)];
+        const Range slots = groups_[g];
         for (int slot = slots.begin; slot < slots.end; ++slot)
-            face_boxes_[static_cast<std::size_t>(g)].set(slot - slots.begin, faces().box(slot));
+            face_boxes_[g].set(slot - slots.begin, faces().box(slot));
     }
 }
 
@@ -165,8 +162,7 @@ void LazyBoxes::test_blocks(LazyBoxes& a, int block_a, LazyBoxes& b, int block_b
                             std::vector<FacePair>& pairs) {
     a.refit_faces(block_a);
     b.refit_faces(block_b);
-    const Range groups_a = a.blocks_[static_cast<std::size_t>(block_a)],
-                groups_b = b.blocks_[static_cast<std::size_t>(block_b)];
+    const Range groups_a = a.blocks_[block_a], groups_b = b.blocks_[block_b];
     // Blocks have up to 256 faces, halved into parts of at most 16: at most 16 groups.
     std::uint16_t near_b[lanes], near_a[lanes];
     const auto test = [&](const LazyBoxes& boxes, const Range& groups, const Box& box, std::uint16_t* near) {
@@ -175,13 +171,13 @@ void LazyBoxes::test_blocks(LazyBoxes& a, int block_a, LazyBoxes& b, int block_b
     };
     test(a, groups_a, box_b, near_a);
     for (int ga = groups_a.begin; ga < groups_a.end; ++ga) {
-        const BoxPack& faces_a = a.face_boxes_[static_cast<std::size_t>(ga)];
+        const BoxPack& faces_a = a.face_boxes_[ga];
         for_each_bit(near_a[ga - groups_a.begin], [&](int i) {
             test(b, groups_b, faces_a.box(i), near_b);
-            const int slot_a = a.groups_[static_cast<std::size_t>(ga)].begin + i;
+            const int slot_a = a.groups_[ga].begin + i;
             for (int gb = groups_b.begin; gb < groups_b.end; ++gb)
                 for_each_bit(near_b[gb - groups_b.begin], [&](int j) {
-                    const int slot_b = b.groups_[static_cast<std::size_t>(gb)].begin + j;
+                    const int slot_b = b.groups_[gb].begin + j;
                     pairs.push_back({slot_a, slot_b});
                 });
         });
@@ -192,7 +188,7 @@ void LazyBoxes::test_clusters(LazyBoxes& a, int cluster_a, const Box& box_a, Laz
                               const Box& box_b, std::vector<FacePair>& pairs) {
     a.refit_blocks(cluster_a);
     b.refit_blocks(cluster_b);
-    const auto ca = static_cast<std::size_t>(cluster_a), cb = static_cast<std::size_t>(cluster_b);
+    const std::size_t ca = cluster_a, cb = cluster_b;
     const BoxPack &blocks_a = a.block_boxes_[ca], &blocks_b = b.block_boxes_[cb];
     const unsigned touched_b = overlapping(blocks_b, box_a);
     for_each_bit(overlapping(blocks_a, box_b), [&](int i) {
@@ -207,8 +203,8 @@ void intersecting_faces(LazyBoxes& a, LazyBoxes& b, std::vector<FacePair>& pairs
     pairs.clear();
     if (!overlap(a.all_, b.all_)) return;
     const auto find_near = [](LazyBoxes& boxes, const Box& box) {
-        kernels().overlapping(boxes.cluster_boxes_.data(), static_cast<int>(boxes.cluster_boxes_.size()),
-                              numbers(box), boxes.near_.data());
+        kernels().overlapping(boxes.cluster_boxes_.data(), boxes.cluster_boxes_.size(), numbers(box),
+                              boxes.near_.data());
     };
     find_near(a, b.all_);
     for (std::size_t wa = 0; wa < a.cluster_boxes_.size(); ++wa)
@@ -223,8 +219,7 @@ void intersecting_faces(LazyBoxes& a, LazyBoxes& b, std::vector<FacePair>& pairs
                 });
         });
     keep_intersecting(pairs, a.faces(), b.faces());
-    for (FacePair& pair : pairs)
-        pair = {a.faces_[static_cast<std::size_t>(pair.a)], b.faces_[static_cast<std::size_t>(pair.b)]};
+    for (FacePair& pair : pairs) pair = {a.faces_[pair.a], b.faces_[pair.b]};
     std::ranges::sort(pairs);
 }
 

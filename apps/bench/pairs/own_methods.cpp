@@ -54,7 +54,7 @@ class EmbeddedTreeMethod final : public PairMethod {
 
  private:
     static EmbeddedPositions embedding(const SurfaceEmbedding& W) {
-        const auto count = static_cast<std::size_t>(W.nonZeros());
+        const std::size_t count = W.nonZeros();
         return {{W.outerIndexPtr(), static_cast<std::size_t>(W.rows()) + 1},
                 {W.innerIndexPtr(), count},
                 {W.valuePtr(), count},

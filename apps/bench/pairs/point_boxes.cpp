@@ -35,7 +35,7 @@ void PointBoxes::add(std::span<const int> points) {
 }
 
 Box PointBoxes::box(int list, const float* x) const noexcept {
-    const auto i = static_cast<std::size_t>(list);
+    const std::size_t i = list;
     const int *p = floats_.data() + (i == 0 ? 0 : ends_[i - 1]), *end = floats_.data() + ends_[i];
     // Several independent minima, so that none waits for the one before.
     constexpr int chains = 4;

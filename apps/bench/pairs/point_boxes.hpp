@@ -19,7 +19,7 @@ class PointBoxes {
     /// Box of a list. x: [point_count, 3], contiguous.
     Box box(int list, const float* x) const noexcept;
 
-    int size() const noexcept { return static_cast<int>(ends_.size()); }
+    int size() const noexcept { return ends_.size(); }
 
  private:
     int last_;  // first float of the last point, stored apart because four floats cannot be read from it

@@ -33,7 +33,7 @@ std::optional<Overlap> find_overlap(Approach& approach, float touching, float ra
     for (int i = 0; i < steps; ++i) {
         const float depth = radius * static_cast<float>(i) / steps;
         if (depth > touching) break;
-        const auto pairs = static_cast<int>(approach.pairs_at(touching - depth).size());
+        const int pairs = approach.pairs_at(touching - depth).size();
         if (pairs > wanted + wanted / 2) break;
         if (pairs >= wanted) return Overlap{depth, pairs};
     }
@@ -123,7 +123,7 @@ std::vector<TouchingScene> recorded_scenes(const BenchBody& coarse, const Record
     if (touching.empty())
         throw std::runtime_error(fmt::format("{}: the bodies come within {:.3g} m in no frame",
                                              recording.path().string(), distance));
-    const auto all = static_cast<int>(touching.size());
+    const int all = touching.size();
     if (all <= most) return touching;
     std::vector<TouchingScene> chosen;
     for (int i = 0; i < most; ++i)

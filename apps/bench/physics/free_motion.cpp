@@ -41,8 +41,8 @@ PhysicsOutcome sag(const PhysicsCase& c) {
     for (int s = 0; s < steps; ++s) advance(world, c.dt);
 
     // The same steps of small displacements u, in double precision with a factorisation.
-    std::vector<char> is_pinned(static_cast<std::size_t>(elastic.node_count()), 0);
-    for (const int node : pinned) is_pinned[static_cast<std::size_t>(node)] = 1;
+    std::vector<char> is_pinned(elastic.node_count(), 0);
+    for (const int node : pinned) is_pinned[node] = 1;
     std::vector<Eigen::Triplet<double>> entries;
     const Eigen::SparseMatrix<double> K = elastic.rest_stiffness(), M = elastic.mass_matrix();
     const double h = c.dt, beta = elastic.material().rayleigh_stiffness;
@@ -51,7 +51,7 @@ PhysicsOutcome sag(const PhysicsCase& c) {
         for (Eigen::SparseMatrix<double>::InnerIterator it(whole, column); it; ++it)
             if (!is_pinned[static_cast<std::size_t>(it.row() / 3)] &&
                 !is_pinned[static_cast<std::size_t>(it.col() / 3)])
-                entries.emplace_back(static_cast<int>(it.row()), static_cast<int>(it.col()), it.value());
+                entries.emplace_back(it.row(), it.col(), it.value());
     for (const int node : pinned)
         for (int k = 0; k < 3; ++k) entries.emplace_back(3 * node + k, 3 * node + k, 1.0);
     Eigen::SparseMatrix<double> A(whole.rows(), whole.cols());

@@ -46,8 +46,8 @@ const PhysicsRow& PhysicsResult::worst() const {
 }
 
 int PhysicsResult::failed() const {
-    return static_cast<int>(std::ranges::count_if(
-        rows, [&](const PhysicsRow& row) { return !(row.found.error <= check.allowed); }));
+    return std::ranges::count_if(rows,
+                                 [&](const PhysicsRow& row) { return !(row.found.error <= check.allowed); });
 }
 
 double PhysicsResult::seconds() const {

@@ -28,9 +28,8 @@ TriMesh icosphere(int level) {
     for (int l = 0; l < level; ++l) {
         std::map<std::pair<int, int>, int> middle;
         const auto between = [&](int a, int b) {
-            const auto [at, is_new] = middle.emplace(std::minmax(a, b), static_cast<int>(X.size()));
-            if (is_new)
-                X.push_back((X[static_cast<std::size_t>(a)] + X[static_cast<std::size_t>(b)]).normalized());
+            const auto [at, is_new] = middle.emplace(std::minmax(a, b), X.size());
+            if (is_new) X.push_back((X[a] + X[b]).normalized());
             return at->second;
         };
         std::vector<Eigen::RowVector3i> finer;
@@ -40,10 +39,9 @@ TriMesh icosphere(int level) {
         }
         F = std::move(finer);
     }
-    TriMesh mesh{Nodes(static_cast<Eigen::Index>(X.size()), 3),
-                 Faces(static_cast<Eigen::Index>(F.size()), 3)};
-    for (std::size_t i = 0; i < X.size(); ++i) mesh.X.row(static_cast<Eigen::Index>(i)) = X[i];
-    for (std::size_t f = 0; f < F.size(); ++f) mesh.F.row(static_cast<Eigen::Index>(f)) = F[f];
+    TriMesh mesh{Nodes(X.size(), 3), Faces(F.size(), 3)};
+    for (std::size_t i = 0; i < X.size(); ++i) mesh.X.row(i) = X[i];
+    for (std::size_t f = 0; f < F.size(); ++f) mesh.F.row(f) = F[f];
     return mesh;
 }
 
@@ -71,11 +69,11 @@ TetMesh ball(double radius, int level, double poles) {
 TriMesh box_surface(const Eigen::Vector3d& size, const Eigen::Vector3i& cells) {
     const TetMesh box = brick(size, cells);
     TriMesh surface{box.X, boundary_faces(box)};
-    std::vector<int> number(static_cast<std::size_t>(box.X.rows()), -1), used;
+    std::vector<int> number(box.X.rows(), -1), used;
     for (int& vertex : surface.F.reshaped()) {
-        int& name = number[static_cast<std::size_t>(vertex)];
+        int& name = number[vertex];
         if (name < 0) {
-            name = static_cast<int>(used.size());
+            name = used.size();
             used.push_back(vertex);
         }
         vertex = name;

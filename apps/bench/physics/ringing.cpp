@@ -82,7 +82,7 @@ PhysicsOutcome ringing_bar(const PhysicsCase& c) {
     std::ranges::sort(truth);
     PhysicsOutcome worst{};
     for (int k = 0; k < count; ++k) {
-        const PhysicsOutcome here = relative_outcome(found[k], truth[static_cast<std::size_t>(k)]);
+        const PhysicsOutcome here = relative_outcome(found[k], truth[k]);
         if (here.error > worst.error) worst = here;
     }
     return worst;

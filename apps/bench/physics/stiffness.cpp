@@ -30,8 +30,7 @@ Nodes at_rest(const std::shared_ptr<const ElasticBody>& elastic, const Hold& hol
     WorldBody body = alone(elastic);
     if (hold.by.size() == 0) body.grips = {{.nodes = hold.nodes}};
     for (Eigen::Index k = 0; k < hold.by.rows(); ++k)
-        body.grips.push_back(
-            {.nodes = {hold.nodes[static_cast<std::size_t>(k)]}, .translation = hold.by.row(k)});
+        body.grips.push_back({.nodes = {hold.nodes[k]}, .translation = hold.by.row(k)});
     world.add_body(std::move(body));
     if (forces.size() > 0) world.forces(0) = forces;
     advance(world, 1e5);
@@ -69,10 +68,10 @@ PhysicsOutcome torsion(const PhysicsCase& c) {
     const Nodes& X = elastic->rest().X;
     const double L = c.size, a = 0.1 * L, angle = 1e-4;
     Hold hold{nodes_at(X, [&](const Vector3d& p) { return std::abs(p[0]) > 0.499 * L; })};
-    hold.by.setZero(static_cast<Eigen::Index>(hold.nodes.size()), 3);
+    hold.by.setZero(hold.nodes.size(), 3);
     for (std::size_t k = 0; k < hold.nodes.size(); ++k) {
         const Vector3d p = X.row(hold.nodes[k]);
-        if (p[0] > 0) hold.by.row(static_cast<Eigen::Index>(k)) << 0, -angle * p[2], angle * p[1];
+        if (p[0] > 0) hold.by.row(k) << 0, -angle * p[2], angle * p[1];
     }
     const Nodes x = at_rest(elastic, hold, {});
     const Nodes force = elastic_forces(*elastic, x);
@@ -113,9 +112,9 @@ PhysicsOutcome rubber_block(const PhysicsCase& c) {
     const Nodes& X = elastic->rest().X;
     const double strain = 1e-4;
     Hold hold{nodes_at(X, [&](const Vector3d& p) { return std::abs(p[2]) > 0.499 * size[2]; })};
-    hold.by.setZero(static_cast<Eigen::Index>(hold.nodes.size()), 3);
+    hold.by.setZero(hold.nodes.size(), 3);
     for (std::size_t k = 0; k < hold.nodes.size(); ++k)
-        if (X(hold.nodes[k], 2) > 0) hold.by(static_cast<Eigen::Index>(k), 2) = -strain * size[2];
+        if (X(hold.nodes[k], 2) > 0) hold.by(k, 2) = -strain * size[2];
     const Nodes x = at_rest(elastic, hold, {});
     const Nodes force = elastic_forces(*elastic, x);
     double pressed = 0;

@@ -51,8 +51,7 @@ class MomentumBalance {
 
 MomentumBalance::MomentumBalance(const SceneSpec& spec, const World& world) : gravity_(spec.gravity) {
     for (int b = 0; b < world.body_count(); ++b)
-        if (spec.bodies[static_cast<std::size_t>(b)].grips.empty() &&
-            world.elastic(b).material().rayleigh_mass == 0)
+        if (spec.bodies[b].grips.empty() && world.elastic(b).material().rayleigh_mass == 0)
             bodies_.push_back({b, momentum(world, b), 0, 0});
 }
 
@@ -100,7 +99,7 @@ std::vector<TriMesh> surfaces_of(const World& world) {
 /// Adds a step that was measured from outside. world: after the step.
 void add_step(ContactRun& run, World& world, const WorldReport& report, double ms) {
     ++run.steps;
-    const auto found = static_cast<int>(world.intersecting_faces().size());
+    const int found = world.intersecting_faces().size();
     run.intersecting += found;
     run.worst = std::max(run.worst, found);
     run.least_distance = std::min(run.least_distance, report.least_distance);
@@ -189,7 +188,7 @@ std::vector<ContactRun> run_contact_scene(const std::filesystem::path& scene, co
 
 ContactRun together(std::span<const ContactRun> runs) {
     ContactRun all = runs.front();
-    const auto count = static_cast<int>(runs.size());
+    const int count = runs.size();
     for (const ContactRun& run : runs.subspan(1)) {
         all.steps += run.steps;
         all.planned += run.planned;

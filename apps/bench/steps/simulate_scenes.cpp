@@ -53,7 +53,7 @@ std::vector<SimulateScene> simulate_scenes(const Body& body,
     twist.name = "twist";
     Eigen::Index axis = 0;
     (X.colwise().maxCoeff() - X.colwise().minCoeff()).maxCoeff(&axis);
-    const int along = static_cast<int>(axis);
+    const int along = axis;
     twist.body.grips = {{.nodes = end_nodes(X, along, false, 0.1)},
                         {.nodes = end_nodes(X, along, true, 0.1),
                          .rotation = std::numbers::pi * Eigen::Vector3d::Unit(along),

@@ -47,7 +47,7 @@ void TextbookAssembly::assemble(const Nodes& x, double mass_scale, double stiffn
     A = mass_scale * mass_;
     force.setZero(x.rows(), 3);
     for (Eigen::Index t = 0; t < T.rows(); ++t) {
-        const Eigen::Matrix3d R = rotation(edges(x, T, t) * inverse_edges_[static_cast<std::size_t>(t)]);
+        const Eigen::Matrix3d R = rotation(edges(x, T, t) * inverse_edges_[t]);
         Eigen::Matrix<double, 12, 12> turn = Eigen::Matrix<double, 12, 12>::Zero();
         Eigen::Matrix<double, 12, 1> displacement;
         for (int a = 0; a < 4; ++a) {
@@ -55,7 +55,7 @@ void TextbookAssembly::assemble(const Nodes& x, double mass_scale, double stiffn
             displacement.segment<3>(3 * a) =
                 R.transpose() * x.row(T(t, a)).transpose() - body_.rest().X.row(T(t, a)).transpose();
         }
-        const Eigen::Matrix<double, 12, 12> RK = turn * stiffness_[static_cast<std::size_t>(t)];
+        const Eigen::Matrix<double, 12, 12> RK = turn * stiffness_[t];
         const Eigen::Matrix<double, 12, 12> K = RK * turn.transpose();
         const Eigen::Matrix<double, 12, 1> f = -RK * displacement;
         for (int a = 0; a < 4; ++a) {

@@ -33,7 +33,7 @@ bool converts(const py::array& array) {
 /// As whole numbers in the range of int32. Throws std::invalid_argument for others.
 py::array_t<std::int32_t, py::array::c_style> narrowed(const py::array& array, const char* name) {
     const auto wide = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>::ensure(array);
-    const std::span<const std::int64_t> all(wide.data(), static_cast<std::size_t>(wide.size()));
+    const std::span<const std::int64_t> all(wide.data(), wide.size());
     for (const std::int64_t number : all)
         if (number < std::numeric_limits<std::int32_t>::min() ||
             number > std::numeric_limits<std::int32_t>::max())
@@ -180,7 +180,7 @@ Embedding embedding_from(py::handle given, const char* name, Eigen::Index node_c
     std::vector<Eigen::Triplet<double>> triplets;
     for (py::ssize_t row = 0; row < rows; ++row)
         for (int k = ends.at(row); k < ends.at(row + 1); ++k)
-            triplets.emplace_back(static_cast<int>(row), columns.at(k), data.at(k));
+            triplets.emplace_back(row, columns.at(k), data.at(k));
     Embedding W(rows, node_count);
     W.setFromTriplets(triplets.begin(), triplets.end());
     return W;

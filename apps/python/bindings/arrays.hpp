@@ -32,9 +32,8 @@ inline void protect(py::array& array) {
 template <class Derived>
 py::array view(const Eigen::PlainObjectBase<Derived>& matrix, py::handle owner, bool writable = false) {
     using Scalar = typename Derived::Scalar;
-    constexpr auto size = static_cast<py::ssize_t>(sizeof(Scalar));
-    const auto rows = static_cast<py::ssize_t>(matrix.rows()),
-               columns = static_cast<py::ssize_t>(matrix.cols());
+    constexpr py::ssize_t size = sizeof(Scalar);
+    const py::ssize_t rows = matrix.rows(), columns = matrix.cols();
     std::vector<py::ssize_t> shape{rows}, strides{size};
     if constexpr (!Derived::IsVectorAtCompileTime) {
         shape = {rows, columns};

@@ -59,8 +59,7 @@ void produce(const Body& body, const DatasetPlan& plan, const path& file, const 
          .stop_if_asked = stop_if_asked});
     const auto all = [](int) { return true; };
     producer.verify(all);
-    const auto threads =
-        static_cast<int>(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
+    const auto threads = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
     do producer.produce(all, threads, 0);
     while (!producer.merge());
     write_card(folder, body, body.name + ".h5", licence);

@@ -113,7 +113,7 @@ void after_fork_in_child() {
     files_are_lost = files_are_held && !is_in_progress;
     for (auto& flag : flags_of_calls)
         if (std::ranges::find(own_flags, flag.load()) == own_flags.end()) flag = nullptr;
-    handlers = static_cast<int>(own_flags.size());
+    handlers = own_flags.size();
     if (handlers == 0) handle_as_before();
     after_fork_in_parent();
 }

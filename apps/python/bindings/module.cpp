@@ -14,15 +14,12 @@ namespace {
 
 std::unique_ptr<tbb::global_control> thread_limit;
 
-int thread_count() {
-    return static_cast<int>(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
-}
+int thread_count() { return tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism); }
 
 void set_thread_count(int count) {
     if (count < 1) throw std::invalid_argument("threads: must be at least 1");
     thread_limit.reset();  // first, since the smallest of several limits holds
-    thread_limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
-                                                         static_cast<std::size_t>(count));
+    thread_limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, count);
 }
 
 }  // namespace

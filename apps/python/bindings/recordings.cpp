@@ -48,7 +48,7 @@ std::unique_ptr<ReaderObject> open_recording(const path& file) {
 }
 
 int checked(const ReaderObject& self, int trajectory) {
-    const auto count = static_cast<int>(self.reader->trajectories().size());
+    const int count = self.reader->trajectories().size();
     if (trajectory < 0 || trajectory >= count)
         throw py::index_error(fmt::format("trajectory: is {}; allowed: 0..{}", trajectory, count - 1));
     return trajectory;
@@ -56,8 +56,7 @@ int checked(const ReaderObject& self, int trajectory) {
 
 /// Number of frames from `begin` on that are asked for; raises IndexError if there are not so many.
 int frame_count(const ReaderObject& self, int trajectory, int begin, std::optional<int> count) {
-    const int frames =
-        self.reader->trajectories()[static_cast<std::size_t>(checked(self, trajectory))].frames;
+    const int frames = self.reader->trajectories()[checked(self, trajectory)].frames;
     const int wanted = count.value_or(frames - begin);
     if (begin < 0 || wanted < 0 || begin > frames || wanted > frames - begin)
         throw py::index_error(

@@ -66,9 +66,9 @@ py::dict calibrations_of(const CollisionTree& tree) {
 /// [nodes, 4]: centre and radius of each rest sphere.
 py::array rest_spheres(const CollisionTree& tree) {
     const auto& rest = tree.spheres.rest;
-    Eigen::Matrix<float, Eigen::Dynamic, 4, Eigen::RowMajor> rows(static_cast<Eigen::Index>(rest.size()), 4);
+    Eigen::Matrix<float, Eigen::Dynamic, 4, Eigen::RowMajor> rows(rest.size(), 4);
     for (Eigen::Index i = 0; i < rows.rows(); ++i) {
-        const Sphere& sphere = rest[static_cast<std::size_t>(i)];
+        const Sphere& sphere = rest[i];
         rows.row(i) << sphere.c.transpose(), sphere.r;
     }
     return owned(std::move(rows));

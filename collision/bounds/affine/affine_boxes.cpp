@@ -23,13 +23,13 @@ AffineBoxes::AffineBoxes(std::shared_ptr<const AffineModel> model, std::optional
     : model_(std::move(model)),
       learned_(std::move(learned)),
       tree_(&model_->tree()),
-      boxes_(static_cast<std::size_t>(tree_->clusters())),
+      boxes_(tree_->clusters()),
       boxes_at_start_(boxes_.size()),
       cluster_boxes_(static_cast<std::size_t>((tree_->clusters() + tree_width - 1) / tree_width)),
       clusters_(tree_->clusters()),
       blocks_(tree_->blocks()),
       leaves_(tree_width * tree_->blocks()),
-      scratch_(static_cast<std::size_t>(model_->scratch())) {}
+      scratch_(model_->scratch()) {}
 
 void AffineBoxes::begin_pose(VertexView nodes) {
     assert(nodes.count() == model_->node_count());
@@ -80,7 +80,7 @@ void AffineBoxes::exact_cluster_boxes() noexcept {
     met_non_finite_ |= !model_->cluster_nodes().boxes(nodes_, boxes_);
     if (start_) met_non_finite_ |= !model_->cluster_nodes().boxes(start_, boxes_at_start_);
     for (int cluster = 0; cluster < tree_->clusters(); ++cluster) {
-        const auto c = static_cast<std::size_t>(cluster);
+        const std::size_t c = cluster;
         set_cluster_box(cluster, widened(start_ ? joined(boxes_[c], boxes_at_start_[c]) : boxes_[c]));
     }
 }
@@ -133,19 +133,18 @@ void AffineBoxes::fit_cluster(int cluster) {
 void AffineBoxes::fit_block(int block) {
     Children& children = blocks_.add(block);
     const bool learned = is_learned() && learned_->leaves(block, children.boxes);
-    fit_children(model_->blocks(), block, tree_->leaves_in[static_cast<std::size_t>(block)], learned,
-                 children);
+    fit_children(model_->blocks(), block, tree_->leaves_in[block], learned, children);
 }
 
 void AffineBoxes::leaf_vertices(int i, const float* nodes, Eigen::Array4f* x) const noexcept {
     const AffineModel::LeafWeights weights = model_->leaf_weights(i);
     const std::span<const int> places = model_->blocks().nodes(i / tree_width);
     leaf_positions(nodes, places.data(), weights.weights, weights.nodes, weights.count,
-                   static_cast<int>(tree_->leaf_vertices(i).size()), has_last_node(places), x[0].data());
+                   tree_->leaf_vertices(i).size(), has_last_node(places), x[0].data());
 }
 
 void AffineBoxes::leaf_boxes(int i, const Eigen::Array4f* x, BoxPack& boxes, Box& whole) noexcept {
-    kernels().triangle_boxes(x[0].data(), tree_->corners[static_cast<std::size_t>(i)].data(), boxes);
+    kernels().triangle_boxes(x[0].data(), tree_->corners[i].data(), boxes);
     whole = hull(boxes);
     for (std::size_t v = 0; reads_unchecked_ && v < tree_->leaf_vertices(i).size(); ++v)
         met_non_finite_ |= !(0 * x[v].head<3>() == 0).all();
@@ -259,7 +258,7 @@ void AffineBoxes::prefetch_block(int block) const noexcept {
 
 void AffineBoxes::prefetch_leaf(int leaf) const noexcept {
     if (leaves_.has(leaf)) return;
-    prefetch_line(tree_->corners[static_cast<std::size_t>(leaf)].data());
+    prefetch_line(tree_->corners[leaf].data());
     const AffineModel::LeafWeights weights = model_->leaf_weights(leaf);
     const auto entries = tree_->leaf_vertices(leaf).size() * static_cast<std::size_t>(weights.count);
     prefetch_lines(std::span(weights.weights, entries));

@@ -74,7 +74,7 @@ class AffineBoxes {
     const Box& whole() const noexcept { return whole_; }
     /// Boxes of all clusters, sixteen a pack.
     const BoxPack* cluster_boxes() const noexcept { return cluster_boxes_.data(); }
-    int cluster_packs() const noexcept { return static_cast<int>(cluster_boxes_.size()); }
+    int cluster_packs() const noexcept { return cluster_boxes_.size(); }
     /// Boxes of a cluster, and of a block whose cluster's blocks were asked for in this pose. Once its own
     /// children were asked for, it is the box around them, which may be another, mostly a smaller one.
     Box cluster(int i) const noexcept {
@@ -83,13 +83,11 @@ class AffineBoxes {
     }
     Box block(int i) const noexcept {
         if (blocks_.has(i)) return blocks_[i].whole;
-        const int cluster = tree_->cluster_of[static_cast<std::size_t>(i)];
+        const int cluster = tree_->cluster_of[i];
         return clusters_[cluster].boxes.box(i - first_block(cluster));
     }
     /// First block of a cluster.
-    int first_block(int cluster) const noexcept {
-        return tree_->first_block[static_cast<std::size_t>(cluster)];
-    }
+    int first_block(int cluster) const noexcept { return tree_->first_block[cluster]; }
     /// The blocks of a cluster, the leaves of a block and a leaf. Valid until one of the same kind is asked
     /// for that was not asked for before.
     const Children& blocks(int cluster) {
@@ -106,12 +104,8 @@ class AffineBoxes {
     }
     /// Bits of the children that are present.
     unsigned present_blocks(int cluster) const noexcept { return bits(tree_->blocks_in(cluster)); }
-    unsigned present_leaves(int block) const noexcept {
-        return bits(tree_->leaves_in[static_cast<std::size_t>(block)]);
-    }
-    unsigned present_faces(int leaf) const noexcept {
-        return bits(tree_->faces_in[static_cast<std::size_t>(leaf)]);
-    }
+    unsigned present_leaves(int block) const noexcept { return bits(tree_->leaves_in[block]); }
+    unsigned present_faces(int leaf) const noexcept { return bits(tree_->faces_in[leaf]); }
 
     /// Writes the positions of all vertices that a face uses; the others are zero.
     void make_surface(Vertices& x);
@@ -120,7 +114,7 @@ class AffineBoxes {
     FaceCorners corners(int slot, Eigen::Array4f& /*spare*/) const noexcept {
         const int leaf = slot / tree_width;
         const Eigen::Array4f* x = leaves_[leaf].x;
-        const std::uint8_t* at = tree_->corners[static_cast<std::size_t>(leaf)].data() + slot % tree_width;
+        const std::uint8_t* at = tree_->corners[leaf].data() + slot % tree_width;
         return {x[at[0]].data(), x[at[tree_width]].data(), x[at[2 * tree_width]].data()};
     }
     Triangle triangle(int slot) const noexcept {
@@ -130,7 +124,7 @@ class AffineBoxes {
         return {Point(c[0]), Point(c[1]), Point(c[2])};
     }
     std::array<int, 3> face_vertices(int slot) const noexcept { return tree_->face_vertices(slot); }
-    int face(int slot) const noexcept { return tree_->faces[static_cast<std::size_t>(slot)]; }
+    int face(int slot) const noexcept { return tree_->faces[slot]; }
 
     /// Prefetch what blocks(), leaves() and leaf() will read.
     void prefetch_cluster(int cluster) const noexcept;

@@ -26,7 +26,7 @@ std::uint32_t begin_of(std::size_t weights) {
     constexpr std::size_t most = std::numeric_limits<std::uint32_t>::max();
     if (weights > most)
         throw std::invalid_argument(message("leaves have ", weights, " weights; allowed: at most ", most));
-    return static_cast<std::uint32_t>(weights);
+    return weights;
 }
 
 /// What check_embedding() found.
@@ -48,13 +48,13 @@ EmbeddingCheck check_embedding(FacesRef F, const SurfaceEmbedding& W, int vertex
     for (Eigen::Index i = 0; i < rest.rows(); ++i)
         if (!rest.row(i).allFinite())
             throw std::invalid_argument(message("the rest position of node ", i, " is not finite"));
-    std::vector<bool> is_used(static_cast<std::size_t>(vertex_count));
+    std::vector<bool> is_used(vertex_count);
     for (Eigen::Index f = 0; f < F.rows(); ++f)
         for (const int v : F.row(f))
-            if (v >= 0 && v < vertex_count) is_used[static_cast<std::size_t>(v)] = true;
+            if (v >= 0 && v < vertex_count) is_used[v] = true;
     EmbeddingCheck checked;
     for (int v = 0; v < vertex_count; ++v) {
-        if (!is_used[static_cast<std::size_t>(v)]) continue;
+        if (!is_used[v]) continue;
         int count = 0;
         double sum = 0, negative = 0;
         for (SurfaceEmbedding::InnerIterator entry(W, v); entry; ++entry) {
@@ -84,7 +84,7 @@ AffineParts::Children carriers_of(const AffineParts::Children& children, const S
         std::vector<int> nodes;
         for (const int v : children[k])
             for (SurfaceEmbedding::InnerIterator entry(W, v); entry; ++entry)
-                if (entry.value() != 0) nodes.push_back(static_cast<int>(entry.col()));
+                if (entry.value() != 0) nodes.push_back(entry.col());
         carriers[k] = distinct({&nodes, 1});
     }
     return carriers;
@@ -128,7 +128,7 @@ void add_cluster(AffineParts& parts, int count, const AffineParts::Children& blo
 }  // namespace
 
 AffineModel::AffineModel(FacesRef F, int vertex_count, const SurfaceEmbedding& W, VerticesRef rest)
-    : node_count_(static_cast<int>(W.cols())), rest_(rest) {
+    : node_count_(W.cols()), rest_(rest) {
     check_node_count(node_count_);
     const EmbeddingCheck checked = check_embedding(F, W, vertex_count, rest);
     tree_ = build_wide_tree(embedded(W, rest), F);
@@ -137,7 +137,7 @@ AffineModel::AffineModel(FacesRef F, int vertex_count, const SurfaceEmbedding& W
         rounding_ = static_cast<float>(((32 + 2 * checked.weights) * 0x1p-24 + 3 * checked.error) * 1.0001);
     for (int cluster = 0; cluster < tree_.clusters(); ++cluster) {
         for (int k = 0; k < tree_.blocks_in(cluster); ++k) {
-            const int block = tree_.first_block[static_cast<std::size_t>(cluster)] + k;
+            const int block = tree_.first_block[cluster] + k;
             const WideTree::Children leaves = tree_.block_children(block);
             add_block(blocks_, leaves, W, rest);
             for (const std::vector<int>& vertices : leaves) add_leaf(vertices, blocks_.nodes(block), W);
@@ -151,7 +151,7 @@ AffineModel::AffineModel(WideTree tree) : tree_(std::move(tree)), node_count_(tr
     check_node_count(node_count_);
     for (int cluster = 0; cluster < tree_.clusters(); ++cluster) {
         for (int k = 0; k < tree_.blocks_in(cluster); ++k) {
-            const int block = tree_.first_block[static_cast<std::size_t>(cluster)] + k;
+            const int block = tree_.first_block[cluster] + k;
             const std::vector<int> vertices = tree_.block_vertices(block);
             blocks_.add_around_nodes(tree_.block_children(block), AffineParts::ChildBounds::nodes);
             for (int leaf = tree_width * block; leaf < tree_width * (block + 1); ++leaf) {
@@ -203,14 +203,14 @@ void AffineModel::add_leaf(std::span<const int> vertices, std::span<const int> n
 }
 
 SurfaceEmbedding AffineModel::weights() const {
-    std::vector<bool> is_known(static_cast<std::size_t>(tree_.vertex_count));
+    std::vector<bool> is_known(tree_.vertex_count);
     std::vector<Eigen::Triplet<float>> entries;
     for (int leaf = 0; leaf < tree_.leaves(); ++leaf) {
         const std::span<const int> vertices = tree_.leaf_vertices(leaf),
                                    nodes = blocks_.nodes(leaf / tree_width);
         const LeafWeights own = leaf_weights(leaf);
         for (std::size_t i = 0; i < vertices.size(); ++i) {
-            const auto v = static_cast<std::size_t>(vertices[i]);
+            const std::size_t v = vertices[i];
             if (is_known[v]) continue;
             is_known[v] = true;
             for (std::size_t k = i * static_cast<std::size_t>(own.count),

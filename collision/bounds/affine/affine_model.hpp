@@ -66,7 +66,7 @@ class AffineModel {
         int count;  // of weights per vertex
     };
     LeafWeights leaf_weights(int leaf) const noexcept {
-        const auto l = static_cast<std::size_t>(leaf);
+        const std::size_t l = leaf;
         const std::size_t begin = weight_begin_[l];
         return {weights_.data() + begin, weight_nodes_.data() + begin, weights_per_vertex_[l]};
     }

@@ -46,7 +46,7 @@ class Frame {
     Eigen::Vector3d of_vertex(int vertex, const SurfaceEmbedding& W) const {
         Eigen::Vector3d sum = Eigen::Vector3d::Zero();
         for (SurfaceEmbedding::InnerIterator entry(W, vertex); entry; ++entry)
-            if (entry.value() != 0) sum += double{entry.value()} * of_node(static_cast<int>(entry.col()));
+            if (entry.value() != 0) sum += double{entry.value()} * of_node(entry.col());
         return sum;
     }
 
@@ -128,7 +128,7 @@ std::vector<int> distinct(std::span<const std::vector<int>> lists) {
 
 void AffineParts::add_map(const Children& children, const Children& carriers, const SurfaceEmbedding& W,
                           VerticesRef rest) {
-    node_count_ = static_cast<int>(W.cols());
+    node_count_ = W.cols();
     add_fitted(carriers, distinct(carriers), rest, [&](std::size_t k, const Frame& frame) {
         std::vector<Eigen::Vector3d> points;
         for (const int v : children[k]) points.push_back(frame.of_vertex(v, W));
@@ -138,7 +138,7 @@ void AffineParts::add_map(const Children& children, const Children& carriers, co
 
 void AffineParts::add_map(const Children& children, const Children& carriers, std::span<const int> samples,
                           VerticesRef X) {
-    node_count_ = static_cast<int>(X.rows());
+    node_count_ = X.rows();
     add_fitted(carriers, {samples.begin(), samples.end()}, X, [&](std::size_t k, const Frame& frame) {
         std::vector<Eigen::Vector3d> points;
         for (const int v : children[k]) points.push_back(frame.of_point(X.row(v)));
@@ -175,8 +175,8 @@ void AffineParts::add_fitted(const Children& carriers, std::vector<int> nodes, V
     RestBoxes& boxes = boxes_.emplace_back();
     for (std::size_t k = 0; k < lanes; ++k)
         if (!carriers[k].empty()) {
-            set_rest_box(boxes, static_cast<int>(k), rest_points(k, frame));
-            reach_box(boxes, static_cast<int>(k), reach);
+            set_rest_box(boxes, k, rest_points(k, frame));
+            reach_box(boxes, k, reach);
         }
     for (const float number : inverse_moments(sum)) numbers_.push_back(number);
     for (int a = 0; a < 3; ++a) numbers_.push_back(rounded_up(reach[a]));
@@ -211,7 +211,7 @@ void AffineParts::end_part(ChildBounds bounds) {
 }
 
 AffinePart AffineParts::part(int i) const noexcept {
-    const Place &p = places_[static_cast<std::size_t>(i)], &next = places_[static_cast<std::size_t>(i) + 1];
+    const Place &p = places_[i], &next = places_[static_cast<std::size_t>(i) + 1];
     if (child_bounds(i) != ChildBounds::map) return {};
     const float* moments = numbers_.data() + p.numbers;
     return {.nodes = nodes_.data() + p.nodes,
@@ -225,8 +225,7 @@ AffinePart AffineParts::part(int i) const noexcept {
 }
 
 void AffineParts::prefetch(int part) const noexcept {
-    const Place &p = places_[static_cast<std::size_t>(part)],
-                &next = places_[static_cast<std::size_t>(part) + 1];
+    const Place &p = places_[part], &next = places_[static_cast<std::size_t>(part) + 1];
     const auto prefetch_range = [](const auto& array, std::size_t begin, std::size_t end) {
         prefetch_lines(std::span(array).subspan(begin, end - begin));
     };

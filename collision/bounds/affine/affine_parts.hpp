@@ -46,23 +46,21 @@ class AffineParts {
 
     /// Nodes of a part without repeats, ascending, as places of their first coordinates.
     std::span<const int> nodes(int part) const noexcept {
-        const Place& p = places_[static_cast<std::size_t>(part)];
+        const Place& p = places_[part];
         return std::span(nodes_).subspan(p.nodes, p.node_count);
     }
     /// [16 * count] places of the nodes of the children: those of child k at k, k + 16 and so on, some more
     /// than once. Only for parts that list them.
     std::span<const std::int32_t> child_nodes(int part) const noexcept {
-        const std::size_t begin = places_[static_cast<std::size_t>(part)].child_nodes,
+        const std::size_t begin = places_[part].child_nodes,
                           end = places_[static_cast<std::size_t>(part) + 1].child_nodes;
         return std::span(child_nodes_).subspan(begin, end - begin);
     }
     /// As the kernels take it; only for parts with a map.
     AffinePart part(int i) const noexcept;
-    ChildBounds child_bounds(int part) const noexcept { return bounds_[static_cast<std::size_t>(part)]; }
+    ChildBounds child_bounds(int part) const noexcept { return bounds_[part]; }
     /// Boxes of the children in the rest pose; only for parts with a map.
-    const RestBoxes& rest_boxes(int part) const noexcept {
-        return boxes_[places_[static_cast<std::size_t>(part)].boxes];
-    }
+    const RestBoxes& rest_boxes(int part) const noexcept { return boxes_[places_[part].boxes]; }
 
     /// Prefetches all that a part holds.
     void prefetch(int part) const noexcept;

@@ -10,7 +10,7 @@ LearnedAffineBoxes::LearnedAffineBoxes(std::shared_ptr<const LearnedAffineModel>
     : model_(std::move(model)), margins_(std::move(margins)) {}
 
 float LearnedAffineBoxes::margin(int bound, float ood_score) noexcept {
-    const auto i = static_cast<std::size_t>(bound);
+    const std::size_t i = bound;
     if (margins_.limits.empty()) return margins_.margins[i];
     const float limit = margins_.limits[i];
     if (ood_score <= limit) return margins_.margins[i] * margin_weight(ood_score, limit);
@@ -23,7 +23,7 @@ bool LearnedAffineBoxes::box(int cluster, Box& box) noexcept {
     met_non_finite_ |= !std::isfinite(samples.spread);
     const float by = margin(cluster, model_->cluster_score(cluster, samples.spread));
     if (by < 0) return false;
-    const float growth = model_->fit().clusters[static_cast<std::size_t>(cluster)].growth;
+    const float growth = model_->fit().clusters[cluster].growth;
     const Eigen::Array4f outward = Eigen::Array4f(1, 1, 1, 0) * ((growth + by) * samples.spread);
     box = {samples.box.lo - outward, samples.box.hi + outward};
     return true;

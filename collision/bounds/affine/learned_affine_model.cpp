@@ -32,8 +32,7 @@ void check(const WideTree& tree, const LearnedAffineFit& fit) {
                parts = clusters + static_cast<std::size_t>(tree.blocks());
     require(tree.vertex_count <= AffineParts::most_nodes, "has ", tree.vertex_count,
             " vertices, allowed: at most ", AffineParts::most_nodes);
-    require_count(static_cast<std::size_t>(fit.X.rows()), static_cast<std::size_t>(tree.vertex_count),
-                  "rest positions");
+    require_count(fit.X.rows(), tree.vertex_count, "rest positions");
     require(fit.X.allFinite(), "a rest position is not finite");
     require_count(fit.samples.size(), parts * LearnedAffineFit::samples_per_part, "samples");
     require_count(fit.box_samples.size(), clusters * LearnedAffineFit::samples_per_box, "samples of boxes");
@@ -140,12 +139,11 @@ float LearnedAffineModel::map_children(int part, const float* x, float* scratch,
     kernels().affine_map(of_kernel, maps_.rest_boxes(part), x, rounding, scratch, boxes, nullptr);
     // The kernel leaves there what the map leaves at the samples.
     const Eigen::Map<const Eigen::ArrayXf> left(scratch, 3 * of_kernel.count);
-    return std::sqrt(left.square().sum() / static_cast<float>(of_kernel.count)) +
-           grid_[static_cast<std::size_t>(part)];
+    return std::sqrt(left.square().sum() / static_cast<float>(of_kernel.count)) + grid_[part];
 }
 
 float LearnedAffineModel::cluster_score(int cluster, float spread) const noexcept {
-    return fit_.clusters[static_cast<std::size_t>(cluster)].ood_score(spread * spread);
+    return fit_.clusters[cluster].ood_score(spread * spread);
 }
 
 void LearnedAffineModel::grow(int part, float margin, float residual, BoxPack& boxes) const noexcept {
@@ -165,20 +163,16 @@ std::array<float, tree_width> LearnedAffineModel::protrusions(int part, const Bo
     result.fill(-std::numeric_limits<float>::infinity());
     const bool is_cluster = part < clusters();
     const int block = part - clusters();
-    const int first = is_cluster ? tree.first_block[static_cast<std::size_t>(part)] : tree_width * block;
-    const int count =
-        is_cluster ? tree.blocks_in(part) : int{tree.leaves_in[static_cast<std::size_t>(block)]};
+    const int first = is_cluster ? tree.first_block[part] : tree_width * block;
+    const int count = is_cluster ? tree.blocks_in(part) : int{tree.leaves_in[block]};
     const std::vector<Box>& children = is_cluster ? exact.blocks : exact.leaves;
-    for (int k = 0; k < count; ++k)
-        result[static_cast<std::size_t>(k)] =
-            outside(boxes.box(k), children[static_cast<std::size_t>(first + k)]);
+    for (int k = 0; k < count; ++k) result[k] = outside(boxes.box(k), children[first + k]);
     return result;
 }
 
 void LearnedAffineModel::prefetch_samples(int cluster, const float* x) const noexcept {
     constexpr int count = LearnedAffineFit::samples_per_box;
-    for (int i = count * cluster; i < count * (cluster + 1); ++i)
-        prefetch_line(x + box_places_[static_cast<std::size_t>(i)]);
+    for (int i = count * cluster; i < count * (cluster + 1); ++i) prefetch_line(x + box_places_[i]);
 }
 
 std::size_t LearnedAffineModel::bytes() const noexcept {

@@ -50,7 +50,7 @@ class LearnedAffineModel {
     LearnedAffineModel(const WideTree& tree, LearnedAffineFit fit);
 
     const LearnedAffineFit& fit() const noexcept { return fit_; }
-    int clusters() const noexcept { return static_cast<int>(fit_.clusters.size()); }
+    int clusters() const noexcept { return fit_.clusters.size(); }
     int parts() const noexcept { return parts_of_; }
     /// Number of bounds that have a margin and a limit of their own: the boxes of clusters, then for each
     /// part the boxes of its children together.
@@ -68,9 +68,7 @@ class LearnedAffineModel {
     /// Out-of-distribution scores, see GatedBound: distance of spread^2 from its mean in training, in
     /// standard deviations, and a residual over that of training.
     float cluster_score(int cluster, float spread) const noexcept;
-    float part_score(int part, float residual) const noexcept {
-        return residual / fit_.residual[static_cast<std::size_t>(part)];
-    }
+    float part_score(int part, float residual) const noexcept { return residual / fit_.residual[part]; }
     /// Moves the sides of the boxes of a part's children outward by growth plus a margin, both in residuals.
     void grow(int part, float margin, float residual, BoxPack& boxes) const noexcept;
 

@@ -10,7 +10,7 @@ NodeLists::NodeLists(std::span<const std::span<const std::int32_t>> lists, int n
         const std::size_t begin = places_.size();
         for (const std::int32_t place : list)
             if (place == last_)
-                at_end_.push_back(static_cast<int>(counts_.size()));
+                at_end_.push_back(counts_.size());
             else
                 places_.push_back(place);
         while ((places_.size() - begin) % 4 != 0) places_.push_back(places_.back());
@@ -19,13 +19,13 @@ NodeLists::NodeLists(std::span<const std::span<const std::int32_t>> lists, int n
 }
 
 bool NodeLists::boxes(const float* x, std::span<Box> boxes) const noexcept {
-    bool finite = kernels().boxes_of_lists(x, places_.data(), counts_.data(),
-                                           static_cast<int>(counts_.size()), numbers(boxes.front()));
+    bool finite =
+        kernels().boxes_of_lists(x, places_.data(), counts_.data(), counts_.size(), numbers(boxes.front()));
     const float* p = x + last_;
     for (const int list : at_end_) {
         const Eigen::Array4f point(p[0], p[1], p[2], 0);
         finite &= (0 * point == 0).all();
-        Box& box = boxes[static_cast<std::size_t>(list)];
+        Box& box = boxes[list];
         box = joined(box, {point, point});
     }
     return finite;

@@ -15,7 +15,7 @@ namespace nbd {
 template <class T>
 class PoseCache {
  public:
-    explicit PoseCache(int parts) : places_(static_cast<std::size_t>(parts)) {}
+    explicit PoseCache(int parts) : places_(parts) {}
 
     void begin_pose() noexcept {
         in_use_ = 0;
@@ -24,17 +24,15 @@ class PoseCache {
         pose_ = 1;
     }
 
-    bool has(int part) const noexcept { return places_[static_cast<std::size_t>(part)].pose == pose_; }
+    bool has(int part) const noexcept { return places_[part].pose == pose_; }
     /// Only of a part that was added in this pose. Valid until the next one is.
-    const T& operator[](int part) const noexcept {
-        return values_[static_cast<std::size_t>(places_[static_cast<std::size_t>(part)].at)];
-    }
+    const T& operator[](int part) const noexcept { return values_[places_[part].at]; }
     /// Adds a part, to be filled in: its contents are unspecified. Throws std::bad_alloc, and has not added
     /// it then.
     T& add(int part) {
         if (values_.size() == static_cast<std::size_t>(in_use_)) values_.emplace_back();
-        places_[static_cast<std::size_t>(part)] = {pose_, in_use_};
-        return values_[static_cast<std::size_t>(in_use_++)];
+        places_[part] = {pose_, in_use_};
+        return values_[in_use_++];
     }
 
     /// Makes room for poses that add all parts.

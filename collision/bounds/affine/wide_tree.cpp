@@ -10,10 +10,10 @@ namespace {
 
 /// Numbers the leaf's vertices and notes which of them are the corners of its faces.
 void add_leaf(WideTree& tree, int leaf, std::span<const int> leaf_faces, FacesRef F) {
-    const auto l = static_cast<std::size_t>(leaf);
+    const std::size_t l = leaf;
     tree.faces_in[l] = static_cast<std::uint8_t>(leaf_faces.size());
     std::ranges::copy(leaf_faces, tree.faces.begin() + tree_width * std::ptrdiff_t{leaf});
-    const auto begin = static_cast<std::ptrdiff_t>(tree.vertices.size());
+    const std::ptrdiff_t begin = tree.vertices.size();
     for (const int f : leaf_faces)
         for (int c = 0; c < 3; ++c) tree.vertices.push_back(F(f, c));
     std::sort(tree.vertices.begin() + begin, tree.vertices.end());
@@ -52,13 +52,13 @@ WideTree build(std::span<int> all, FacesRef F, int vertex_count, const Divide& d
         tree.faces_in.resize(first_leaf + tree_width, 0);
         tree.faces.resize(tree.faces.size() + WideTree::block_faces, -1);
         tree.corners.resize(first_leaf + tree_width, {});
-        int leaf = static_cast<int>(first_leaf);
+        int leaf = first_leaf;
         divide(in_block, tree_width, [&](std::span<int> in_leaf) {
             std::ranges::sort(in_leaf);
             add_leaf(tree, leaf++, in_leaf, F);
-            tree.vertex_begin.push_back(static_cast<int>(tree.vertices.size()));
+            tree.vertex_begin.push_back(tree.vertices.size());
         });
-        tree.vertex_begin.resize(first_leaf + tree_width + 1, static_cast<int>(tree.vertices.size()));
+        tree.vertex_begin.resize(first_leaf + tree_width + 1, tree.vertices.size());
         tree.leaves_in.push_back(static_cast<std::uint8_t>(leaf - static_cast<int>(first_leaf)));
         tree.cluster_of.push_back(cluster);
     };
@@ -91,9 +91,7 @@ std::vector<int> WideTree::block_vertices(int block) const {
 
 WideTree::Children WideTree::cluster_children(int cluster) const {
     Children children;
-    for (int k = 0; k < blocks_in(cluster); ++k)
-        children[static_cast<std::size_t>(k)] =
-            block_vertices(first_block[static_cast<std::size_t>(cluster)] + k);
+    for (int k = 0; k < blocks_in(cluster); ++k) children[k] = block_vertices(first_block[cluster] + k);
     return children;
 }
 
@@ -101,17 +99,16 @@ WideTree::Children WideTree::block_children(int block) const {
     Children children;
     for (int k = 0; k < tree_width; ++k) {
         const std::span<const int> list = leaf_vertices(tree_width * block + k);
-        children[static_cast<std::size_t>(k)].assign(list.begin(), list.end());
+        children[k].assign(list.begin(), list.end());
     }
     return children;
 }
 
 WideTree build_wide_tree(VerticesRef X, FacesRef F) {
     FaceDivision division(X, F);
-    return build(division.faces(), F, static_cast<int>(X.rows()),
-                 [&](std::span<int> faces, int largest, const Part& part) {
-                     division.divide(faces, (static_cast<int>(faces.size()) + largest - 1) / largest, part);
-                 });
+    return build(division.faces(), F, X.rows(), [&](std::span<int> faces, int largest, const Part& part) {
+        division.divide(faces, (static_cast<int>(faces.size()) + largest - 1) / largest, part);
+    });
 }
 
 WideTree build_wide_tree(std::span<const int> order, FacesRef F, int vertex_count) {
@@ -123,12 +120,11 @@ bool is_over(const WideTree& tree, int vertex_count, FacesRef F) noexcept {
     if (tree.vertex_count != vertex_count) return false;
     Eigen::Index faces = 0;
     for (int leaf = 0; leaf < tree.leaves(); ++leaf)
-        for (int k = 0; k < tree.faces_in[static_cast<std::size_t>(leaf)]; ++k, ++faces) {
-            const int face = tree.faces[static_cast<std::size_t>(tree_width * leaf + k)];
+        for (int k = 0; k < tree.faces_in[leaf]; ++k, ++faces) {
+            const int face = tree.faces[tree_width * leaf + k];
             if (face >= F.rows()) return false;
             for (int c = 0; c < 3; ++c)
-                if (tree.leaf_vertices(leaf)[tree.corners[static_cast<std::size_t>(
-                        leaf)][static_cast<std::size_t>(tree_width * c + k)]] != F(face, c))
+                if (tree.leaf_vertices(leaf)[tree.corners[leaf][tree_width * c + k]] != F(face, c))
                     return false;
         }
     return faces == F.rows();

@@ -34,16 +34,15 @@ struct WideTree {
     std::vector<std::array<std::uint8_t, 3 * tree_width>> corners;
 
     int clusters() const noexcept { return static_cast<int>(first_block.size()) - 1; }
-    int blocks() const noexcept { return static_cast<int>(cluster_of.size()); }
+    int blocks() const noexcept { return cluster_of.size(); }
     int blocks_in(int cluster) const noexcept {
-        const auto c = static_cast<std::size_t>(cluster);
+        const std::size_t c = cluster;
         return first_block[c + 1] - first_block[c];
     }
-    int leaves() const noexcept { return static_cast<int>(faces_in.size()); }
+    int leaves() const noexcept { return faces_in.size(); }
     std::span<const int> leaf_vertices(int leaf) const noexcept {
-        const auto l = static_cast<std::size_t>(leaf);
-        return std::span(vertices).subspan(static_cast<std::size_t>(vertex_begin[l]),
-                                           static_cast<std::size_t>(vertex_begin[l + 1] - vertex_begin[l]));
+        const std::size_t l = leaf;
+        return std::span(vertices).subspan(vertex_begin[l], vertex_begin[l + 1] - vertex_begin[l]);
     }
     /// Vertices of the face in a slot, as numbers of the surface.
     std::array<int, 3> face_vertices(int slot) const noexcept {

@@ -17,12 +17,12 @@ ExactBound::ExactBound(const SphereTree& tree)
     for (std::size_t i = 0; i < tree.nodes.size(); ++i) {
         const SphereTree::Node& node = tree.nodes[i];
         if (!node.is_leaf()) {
-            parents_[static_cast<std::size_t>(node.first_child)] = static_cast<int>(i);
-            parents_[static_cast<std::size_t>(node.first_child) + 1] = static_cast<int>(i);
+            parents_[node.first_child] = i;
+            parents_[static_cast<std::size_t>(node.first_child) + 1] = i;
             continue;
         }
         const std::size_t begin = rows_.size() / lanes;
-        const std::span<const int> vertices = tree.node_vertices(static_cast<int>(i));
+        const std::span<const int> vertices = tree.node_vertices(i);
         rows_.insert(rows_.end(), vertices.begin(), vertices.end());
         while (rows_.size() % lanes != 0) rows_.push_back(vertices.front());
         leaves_.push_back({static_cast<int>(i), begin, rows_.size() / lanes});
@@ -62,8 +62,7 @@ void ExactBound::gather(VerticesRef x) noexcept {
         }
         const Eigen::Vector3d offsets(sum_x.sum(), sum_y.sum(), sum_z.sum());
         const auto count = static_cast<double>(tree_->node_vertices(leaf.node).size());
-        sums_[static_cast<std::size_t>(leaf.node)] =
-            offsets + count * Eigen::Map<const Eigen::Vector3f>(first).cast<double>();
+        sums_[leaf.node] = offsets + count * Eigen::Map<const Eigen::Vector3f>(first).cast<double>();
     }
 }
 
@@ -71,7 +70,7 @@ void ExactBound::add_up_centres() noexcept {
     for (std::size_t i = tree_->nodes.size(); i-- > 0;) {
         const SphereTree::Node& node = tree_->nodes[i];
         if (!node.is_leaf()) {
-            const auto child = static_cast<std::size_t>(node.first_child);
+            const std::size_t child = node.first_child;
             sums_[i] = sums_[child] + sums_[child + 1];
         }
         spheres_[i] = {(sums_[i] / (node.vertex_end - node.vertex_begin)).cast<float>(), 0.f};
@@ -82,15 +81,15 @@ void ExactBound::measure_radii() noexcept {
     std::ranges::fill(squared_, Lanes::Zero());
     // Leaf by leaf, all levels at once, so that a leaf's positions are read from memory only once.
     for (const Leaf& leaf : leaves_)
-        for (int node = leaf.node; node >= 0; node = parents_[static_cast<std::size_t>(node)]) {
-            const Eigen::Vector3f c = spheres_[static_cast<std::size_t>(node)].c;
-            Lanes squared = squared_[static_cast<std::size_t>(node)];
+        for (int node = leaf.node; node >= 0; node = parents_[node]) {
+            const Eigen::Vector3f c = spheres_[node].c;
+            Lanes squared = squared_[node];
             for (std::size_t b = leaf.block_begin; b < leaf.block_end; ++b) {
                 const Block& block = blocks_[b];
                 squared = squared.max((block.x - c.x()).square() + (block.y - c.y()).square() +
                                       (block.z - c.z()).square());
             }
-            squared_[static_cast<std::size_t>(node)] = squared;
+            squared_[node] = squared;
         }
     // Each difference, square and sum rounds by half an ulp: 4 ulp cover them all.
     constexpr float up = 1 + 4 * std::numeric_limits<float>::epsilon();

@@ -15,7 +15,7 @@ class ExactBound {
     /// tree: must outlive this object.
     explicit ExactBound(const SphereTree& tree);
     void begin_pose(VerticesRef x) noexcept;
-    Sphere bound(int node) const noexcept { return spheres_[static_cast<std::size_t>(node)]; }
+    Sphere bound(int node) const noexcept { return spheres_[node]; }
 
     /// Whether a position of this pose was not finite, which the root's sphere shows, or it overflows.
     bool met_non_finite() const noexcept { return !(0 * (spheres_[0].c.sum() + spheres_[0].r) == 0); }

@@ -11,7 +11,7 @@ ExactBoxes::ExactBoxes(const SphereTree& tree) : tree_(&tree), boxes_(tree.nodes
     for (std::size_t i = 0; i < tree.nodes.size(); ++i) {
         if (!tree.nodes[i].is_leaf()) continue;
         const std::size_t begin = rows_.size();
-        const std::span<const int> vertices = tree.node_vertices(static_cast<int>(i));
+        const std::span<const int> vertices = tree.node_vertices(i);
         rows_.insert(rows_.end(), vertices.begin(), vertices.end());
         std::sort(rows_.begin() + static_cast<std::ptrdiff_t>(begin), rows_.end());
         leaves_.push_back({static_cast<int>(i), begin, rows_.size()});
@@ -21,7 +21,7 @@ ExactBoxes::ExactBoxes(const SphereTree& tree) : tree_(&tree), boxes_(tree.nodes
 void ExactBoxes::begin_pose(const Positions& x) noexcept {
     met_non_finite_ = false;
     for (const Leaf& leaf : leaves_) {
-        Box& box = boxes_[static_cast<std::size_t>(leaf.node)];
+        Box& box = boxes_[leaf.node];
         box = bounding_box(x, std::span(rows_).subspan(leaf.begin, leaf.end - leaf.begin));
         met_non_finite_ |= !is_finite(box);
     }

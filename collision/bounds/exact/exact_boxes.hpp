@@ -19,7 +19,7 @@ class ExactBoxes {
     void begin_pose(const Positions& x) noexcept;
 
     /// The smallest box around the node's vertices.
-    const Box& box(int node) const noexcept { return boxes_[static_cast<std::size_t>(node)]; }
+    const Box& box(int node) const noexcept { return boxes_[node]; }
 
     /// Whether a position of this pose was not finite.
     bool met_non_finite() const noexcept { return met_non_finite_; }

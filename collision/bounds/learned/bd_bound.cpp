@@ -17,7 +17,7 @@ void BdBound::begin_pose(VerticesRef x) noexcept {
 
 Sphere BdBound::bound(int node) const noexcept {
     const Eigen::Index column = 3 * Eigen::Index{node};
-    const Sphere& rest = tree_->rest[static_cast<std::size_t>(node)];
+    const Sphere& rest = tree_->rest[node];
     const Eigen::Vector3f shift(model_->Ubar.col(column).dot(q_), model_->Ubar.col(column + 1).dot(q_),
                                 model_->Ubar.col(column + 2).dot(q_));
     return to_world(align_, {rest.c + shift, rest.r + model_->dr.col(node).dot(abs_q_)});

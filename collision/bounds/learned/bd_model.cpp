@@ -52,11 +52,11 @@ BdModel build_bd_model(const SphereTree& tree, Eigen::Ref<const Eigen::MatrixXf>
 
     BdModel model;
     model.z_to_q = fit_matrix(modes);
-    const auto nodes = static_cast<Eigen::Index>(tree.nodes.size());
+    const Eigen::Index nodes = tree.nodes.size();
     model.Ubar.resize(U.cols(), 3 * nodes);
     model.dr.resize(U.cols(), nodes);
     for (Eigen::Index i = 0; i < nodes; ++i) {
-        const std::span<const int> vertices = tree.node_vertices(static_cast<int>(i));
+        const std::span<const int> vertices = tree.node_vertices(i);
         for (Eigen::Index j = 0; j < U.cols(); ++j) {
             Eigen::Vector3d sum = Eigen::Vector3d::Zero();
             for (const int v : vertices) sum += U.col(j).segment<3>(3 * Eigen::Index{v}).cast<double>();
@@ -75,7 +75,7 @@ BdModel build_bd_model(const SphereTree& tree, Eigen::Ref<const Eigen::MatrixXf>
 void check_bd_model(const BdModel& model, const SphereTree& tree, int vertex_count) {
     check_clustered_modes(model.modes, vertex_count);
     const Eigen::Index m = model.modes.U.cols();
-    const auto nodes = static_cast<Eigen::Index>(tree.nodes.size());
+    const Eigen::Index nodes = tree.nodes.size();
     const auto check_shape = [](const char* what, const Eigen::MatrixXf& a, Eigen::Index rows,
                                 Eigen::Index cols) {
         if (a.rows() != rows || a.cols() != cols)

@@ -15,16 +15,14 @@ class FixedVector {
  public:
     FixedVector() = default;
     /// Makes a vector of zeros.
-    explicit FixedVector(Eigen::Index size)
-        : size_(size), numbers_(static_cast<std::size_t>(padded(size))), fixed_(numbers_.size()) {}
+    explicit FixedVector(Eigen::Index size) : size_(size), numbers_(padded(size)), fixed_(numbers_.size()) {}
 
     Eigen::Index size() const noexcept { return size_; }
     Eigen::Map<Eigen::VectorXf> numbers() noexcept { return {numbers_.data(), size_}; }
     Eigen::Map<const Eigen::VectorXf> numbers() const noexcept { return {numbers_.data(), size_}; }
     /// Updates fixed() and scale(). Call it after changing the numbers.
     void fix() noexcept {
-        if (size_ > 0)
-            scale_ = kernels().fix(numbers_.data(), static_cast<int>(numbers_.size()), fixed_.data());
+        if (size_ > 0) scale_ = kernels().fix(numbers_.data(), numbers_.size(), fixed_.data());
     }
 
     const std::int16_t* fixed() const noexcept { return fixed_.data(); }

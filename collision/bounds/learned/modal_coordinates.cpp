@@ -57,8 +57,7 @@ RigidTransform modal_coordinates(const ClusteredModes& modes, VerticesRef x, Mod
                                  Eigen::Ref<Eigen::VectorXf> z) noexcept {
     const Eigen::Index k = modes.X.rows();
     scratch.fit(k);
-    for (Eigen::Index i = 0; i < k; ++i)
-        scratch.x.row(i) = x.row(modes.representatives[static_cast<std::size_t>(i)]);
+    for (Eigen::Index i = 0; i < k; ++i) scratch.x.row(i) = x.row(modes.representatives[i]);
     const RigidTransform align = match_shape(modes.X, scratch.x, modes.w);
     auto d = scratch.d.numbers();
     for (Eigen::Index i = 0; i < k; ++i) {
@@ -71,7 +70,7 @@ RigidTransform modal_coordinates(const ClusteredModes& modes, VerticesRef x, Mod
 }
 
 void check_clustered_modes(const ClusteredModes& modes, int vertex_count) {
-    const auto k = static_cast<Eigen::Index>(modes.representatives.size());
+    const Eigen::Index k = modes.representatives.size();
     if (k == 0) throw std::invalid_argument("modes: no representative vertices");
     for (const int v : modes.representatives)
         if (v < 0 || v >= vertex_count)

@@ -18,15 +18,14 @@ NbdBound::NbdBound(const SphereTree& tree, const NbdModel& model)
     scratch_.fit(model.modes.X.rows());
     const std::vector<int>& representatives = model.modes.representatives;
     const int vertex_count = tree.vertices.empty() ? 0 : std::ranges::max(tree.vertices) + 1;
-    std::vector<int> row_of(static_cast<std::size_t>(vertex_count), -1);
+    std::vector<int> row_of(vertex_count, -1);
     for (std::size_t k = 0; k < representatives.size(); ++k)
-        if (representatives[k] < vertex_count)
-            row_of[static_cast<std::size_t>(representatives[k])] = static_cast<int>(k);
+        if (representatives[k] < vertex_count) row_of[representatives[k]] = k;
     for (const int v : tree.vertices) {
-        seen_begin_.push_back(static_cast<int>(seen_.size()));
-        if (const int row = row_of[static_cast<std::size_t>(v)]; row >= 0) seen_.push_back(row);
+        seen_begin_.push_back(seen_.size());
+        if (const int row = row_of[v]; row >= 0) seen_.push_back(row);
     }
-    seen_begin_.push_back(static_cast<int>(seen_.size()));
+    seen_begin_.push_back(seen_.size());
 }
 
 void NbdBound::begin_pose(VerticesRef x) noexcept {
@@ -45,9 +44,8 @@ float NbdBound::ood_score(int node) noexcept {
 }
 
 float NbdBound::outside(int node) const noexcept {
-    const SphereTree::Node& n = tree_->nodes[static_cast<std::size_t>(node)];
-    const auto begin = static_cast<std::size_t>(seen_begin_[static_cast<std::size_t>(n.vertex_begin)]),
-               end = static_cast<std::size_t>(seen_begin_[static_cast<std::size_t>(n.vertex_end)]);
+    const SphereTree::Node& n = tree_->nodes[node];
+    const std::size_t begin = seen_begin_[n.vertex_begin], end = seen_begin_[n.vertex_end];
     float squared = last_.r * last_.r;
     for (const int row : std::span(seen_).subspan(begin, end - begin))
         squared = std::max(squared, (scratch_.x.row(row).transpose() - last_.c).squaredNorm());

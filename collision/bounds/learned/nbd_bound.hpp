@@ -22,7 +22,7 @@ class NbdBound {
             first_ = first;
             nbd_spheres(*model_, *tree_, first, zn_, std::span(spheres_).first(first == 0 ? 1 : 2));
         }
-        last_ = to_world(align_, spheres_[static_cast<std::size_t>(node - first)]);
+        last_ = to_world(align_, spheres_[node - first]);
         return last_;
     }
     /// The sum of two terms: the distance of the pose's modal coordinates from known ones, in standard

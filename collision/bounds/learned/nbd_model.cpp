@@ -11,7 +11,7 @@ void nbd_spheres(const NbdModel& model, const SphereTree& tree, int first, const
     constexpr int most = NbdNetworks::max_at_once;
     Eigen::Array4f results[most];
     Eigen::Matrix<float, 3, most> linear = Eigen::Matrix<float, 3, most>::Zero();
-    const auto count = static_cast<Eigen::Index>(spheres.size());
+    const Eigen::Index count = spheres.size();
     const FixedColumns columns = model.centre_map.size() > 0
                                      ? model.centre_map.columns(3 * Eigen::Index{first}, 3 * count)
                                      : FixedColumns{};
@@ -20,9 +20,8 @@ void nbd_spheres(const NbdModel& model, const SphereTree& tree, int first, const
         const auto node = static_cast<Eigen::Index>(i) + first;
         const Eigen::Array4f delta =
             results[i] * model.out_scale.col(node).array() + model.out_centre.col(node).array();
-        const Sphere& rest = tree.rest[static_cast<std::size_t>(node)];
-        spheres[i] = {rest.c + delta.head<3>().matrix() + linear.col(static_cast<Eigen::Index>(i)),
-                      std::max(rest.r + delta[3], 0.f)};
+        const Sphere& rest = tree.rest[node];
+        spheres[i] = {rest.c + delta.head<3>().matrix() + linear.col(i), std::max(rest.r + delta[3], 0.f)};
     }
 }
 

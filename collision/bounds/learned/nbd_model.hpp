@@ -26,7 +26,7 @@ struct NbdModel {
     Eigen::VectorXf z_mean;
     Eigen::MatrixXf z_whitening;
 
-    int mode_count() const noexcept { return static_cast<int>(modes.U.cols()); }
+    int mode_count() const noexcept { return modes.U.cols(); }
 };
 
 /// Computes the spheres of nodes first to first + spheres.size() - 1, at most NbdNetworks::max_at_once, in

@@ -29,7 +29,7 @@ NbdNetworks::NbdNetworks(int inputs, int hidden, std::span<const float> weights,
     constexpr Requirement require("NBD-Tree");
     require(inputs >= 1 && inputs <= max_inputs, inputs, " inputs, allowed: 1 to ", max_inputs);
     require(hidden >= 1 && hidden <= max_hidden, "hidden width ", hidden, ", allowed: 1 to ", max_hidden);
-    const auto each = static_cast<std::size_t>(weight_count());
+    const std::size_t each = weight_count();
     require(weights.size() % each == 0, weights.size(), " weights, allowed: multiples of ", each);
     count_ = static_cast<int>(weights.size() / each);
     for (int i = 0; i < count_; ++i) {
@@ -45,11 +45,11 @@ NbdNetworks::NbdNetworks(int inputs, int hidden, std::span<const float> weights,
 
 void NbdNetworks::round(std::span<const float> weights) {
     for (int l = 0; l < layers; ++l) {
-        const auto at = static_cast<std::size_t>(l);
+        const std::size_t at = l;
         places_[at + 1] = {places_[at].bytes + padded(layer_inputs(l)) * padded(layer_outputs(l)),
                            places_[at].outputs + padded(layer_outputs(l))};
     }
-    const auto networks = static_cast<std::size_t>(count_);
+    const std::size_t networks = count_;
     bytes_.resize(networks * static_cast<std::size_t>(places_.back().bytes));
     sums_.resize(networks * static_cast<std::size_t>(places_.back().outputs));
     scales_.resize(2 * sums_.size());
@@ -99,7 +99,7 @@ std::vector<float> NbdNetworks::weights() const {
 }
 
 ByteLayer NbdNetworks::layer(int i, int layer) const noexcept {
-    const Place &place = places_[static_cast<std::size_t>(layer)], &whole = places_.back();
+    const Place &place = places_[layer], &whole = places_.back();
     const std::ptrdiff_t output = std::ptrdiff_t{i} * whole.outputs + place.outputs;
     const int outputs = padded(layer_outputs(layer));
     return {.weights = bytes_.data() + std::ptrdiff_t{i} * whole.bytes + place.bytes,
@@ -137,7 +137,7 @@ void NbdNetworks::evaluate(int first, const FixedVector& x, std::span<Eigen::Arr
         return;
     }
     ByteLayer all[max_at_once][layers];
-    const auto count = static_cast<int>(results.size());
+    const int count = results.size();
     for (int i = 0; i < count; ++i)
         for (int l = 0; l < layers; ++l) all[i][l] = layer(first + i, l);
     alignas(64) float numbers[max_at_once][lanes];

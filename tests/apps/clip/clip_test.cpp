@@ -54,7 +54,7 @@ TEST(Glb, AssimpFindsTheVerticesOfAllFrames) {
         ASSERT_EQ(mesh.mNumAnimMeshes, 4u);
         for (int frame = 0; frame < 5; ++frame) {
             Vertices x, n;
-            clip.read(static_cast<int>(b), frame, x);
+            clip.read(b, frame, x);
             smooth_normals(x, body.F, n);
             const aiVector3D* positions =
                 frame == 0 ? mesh.mVertices : mesh.mAnimMeshes[frame - 1]->mVertices;
@@ -63,7 +63,7 @@ TEST(Glb, AssimpFindsTheVerticesOfAllFrames) {
             for (unsigned f = 0; f < mesh.mNumFaces; ++f)
                 for (unsigned k = 0; k < 3; ++k) {
                     const unsigned found = mesh.mFaces[f].mIndices[k];
-                    const int v = body.F(static_cast<int>(f), static_cast<int>(k));
+                    const int v = body.F(f, k);
                     ASSERT_LT(found, mesh.mNumVertices);
                     for (int c = 0; c < 3; ++c) {
                         EXPECT_NEAR(positions[found][static_cast<unsigned>(c)], x(v, c), 1e-6) << frame;

@@ -35,7 +35,7 @@ TEST(CounterRandom, FillsItsRangesEvenly) {
         ASSERT_TRUE(u >= 2 && u < 4);
         sum += u;
         directions += random.direction();
-        ++hits.at(static_cast<std::size_t>(random.index(5)));
+        ++hits.at(random.index(5));
         ASSERT_NEAR(random.orientation().norm(), 1, 1e-12);
     }
     EXPECT_NEAR(sum / 20000, 3, 0.02);

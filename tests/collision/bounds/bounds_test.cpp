@@ -36,7 +36,7 @@ TEST(ExactBound, ContainsEveryVertexAndMatchesItsDefinitionAtAnyScaleAndOffset) 
                     const Vertices x = scale * shapes::moved(shapes::wobbled(s.X, random, 0.2f),
                                                              shapes::random_motion(random, reach));
                     bound.begin_pose(x);
-                    for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
+                    for (int i = 0; i < std::ssize(tree.nodes); ++i) {
                         const Sphere sphere = bound.bound(i),
                                      rule = bounding_sphere(x, tree.node_vertices(i));
                         EXPECT_LE(protrusion(sphere, x, tree.node_vertices(i)), 0);
@@ -57,7 +57,7 @@ TEST(ExactBound, ReadsPositionsWithARowStride) {
     dense.begin_pose(s.X);
     apart.begin_pose(Eigen::Map<const Vertices, 0, Eigen::OuterStride<>>(wide.data(), s.X.rows(), 3,
                                                                          Eigen::OuterStride<>(5)));
-    for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
+    for (int i = 0; i < std::ssize(tree.nodes); ++i) {
         EXPECT_EQ(dense.bound(i).c, apart.bound(i).c);
         EXPECT_EQ(dense.bound(i).r, apart.bound(i).r);
     }
@@ -73,7 +73,7 @@ TEST(ExactBoxes, AreTightAndHaveEnclosingSpheres) {
                 const Vertices x =
                     shapes::moved(shapes::wobbled(s.X, random, 0.2f), shapes::random_motion(random, reach));
                 boxes.begin_pose(x);
-                for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
+                for (int i = 0; i < std::ssize(tree.nodes); ++i) {
                     const auto vertices = tree.node_vertices(i);
                     Box expected = empty_box();
                     for (const int v : vertices) {
@@ -98,7 +98,7 @@ TEST(ExactBoxes, DoNotReadPastTheLastPosition) {
     dense.begin_pose(s.X);
     apart.begin_pose(Eigen::Map<const Vertices, 0, Eigen::OuterStride<>>(wide.data(), s.X.rows(), 3,
                                                                          Eigen::OuterStride<>(5)));
-    for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
+    for (int i = 0; i < std::ssize(tree.nodes); ++i) {
         EXPECT_TRUE((dense.box(i).lo == apart.box(i).lo).all());
         EXPECT_TRUE((dense.box(i).hi == apart.box(i).hi).all());
     }
@@ -129,7 +129,7 @@ TEST(BdBound, ContainsEveryVertexOfPosesInTheSpanOfTheModes) {
             const shapes::Modes modes = shapes::make_modes(s, mode_count, 80, 3);
             const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 6});
             const BdModel model = build_bd_model(tree, modes.U, modes.clustered);
-            check_bd_model(model, tree, static_cast<int>(s.X.rows()));
+            check_bd_model(model, tree, s.X.rows());
             BdBound bound(tree, model);
             for (int i = 0; i < 10; ++i) {
                 const SpanPose pose =
@@ -137,7 +137,7 @@ TEST(BdBound, ContainsEveryVertexOfPosesInTheSpanOfTheModes) {
                 largest_shift = std::max(
                     largest_shift, (pose.x - shapes::moved(s.X, pose.motion)).rowwise().norm().maxCoeff());
                 bound.begin_pose(pose.x);
-                for (int node = 0; node < static_cast<int>(tree.nodes.size()); ++node)
+                for (int node = 0; node < std::ssize(tree.nodes); ++node)
                     EXPECT_LE(protrusion(bound.bound(node), pose.x, tree.node_vertices(node)), 0)
                         << mode_count << " modes, node " << node;
             }
@@ -153,8 +153,8 @@ TEST(BdBound, EqualsTheRestSpheresAtRest) {
     BdBound bound(tree, model);
     bound.begin_pose(s.X);
     for (std::size_t i = 0; i < tree.nodes.size(); ++i) {
-        EXPECT_NEAR((bound.bound(static_cast<int>(i)).c - tree.rest[i].c).norm(), 0, 1e-5);
-        EXPECT_NEAR(bound.bound(static_cast<int>(i)).r, tree.rest[i].r, 1e-5);
+        EXPECT_NEAR((bound.bound(i).c - tree.rest[i].c).norm(), 0, 1e-5);
+        EXPECT_NEAR(bound.bound(i).r, tree.rest[i].r, 1e-5);
     }
 }
 
@@ -167,13 +167,13 @@ TEST(BdBound, FollowsItsEquations) {
     BdBound bound(tree, model);
     const SpanPose pose = random_span_pose(s, modes, random, 0.3f);
     bound.begin_pose(pose.x);
-    for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
+    for (int i = 0; i < std::ssize(tree.nodes); ++i) {
         const std::span<const int> vertices = tree.node_vertices(i);
         Eigen::VectorXd mean = Eigen::VectorXd::Zero(3);
         for (const int v : vertices)
             mean +=
                 (modes.U.middleRows<3>(3 * v) * pose.q).cast<double>() / static_cast<double>(vertices.size());
-        double r = tree.rest[static_cast<std::size_t>(i)].r;
+        double r = tree.rest[i].r;
         for (int j = 0; j < 5; ++j) {
             Eigen::Vector3f column = Eigen::Vector3f::Zero();
             for (const int v : vertices)
@@ -183,7 +183,7 @@ TEST(BdBound, FollowsItsEquations) {
                 dr = std::max(dr, (modes.U.col(j).segment<3>(3 * v) - column).norm());
             r += dr * std::abs(pose.q[j]);
         }
-        const Eigen::Vector3f c = tree.rest[static_cast<std::size_t>(i)].c + mean.cast<float>();
+        const Eigen::Vector3f c = tree.rest[i].c + mean.cast<float>();
         EXPECT_NEAR((bound.bound(i).c - (pose.motion.R * c + pose.motion.t)).norm(), 0, 1e-5);
         EXPECT_NEAR(bound.bound(i).r, r, 1e-5);
     }
@@ -195,7 +195,7 @@ TEST(NbdBound, EqualsTheNetworksSphereInWorldSpace) {
     const shapes::Modes modes = shapes::make_modes(s, 9, 50, 3);
     const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 3});
     NbdModel model = shapes::random_model(tree, modes.clustered, 32, 6);
-    const auto nodes = static_cast<int>(tree.nodes.size());
+    const int nodes = tree.nodes.size();
     model.centre_map = FixedMatrix(Eigen::MatrixXf::NullaryExpr(
         9, 3 * nodes, [&](Eigen::Index, Eigen::Index) { return 0.1f * shapes::uniform(random); }));
     NbdBound bound(tree, model);
@@ -226,7 +226,7 @@ TEST(NbdBound, IsNanForPosesWithNonFinitePositions) {
         Vertices x = s.X;
         x(modes.clustered.representatives[7], 1) = bad;
         bound.begin_pose(x);
-        for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
+        for (int i = 0; i < std::ssize(tree.nodes); ++i) {
             const Sphere sphere = bound.bound(i);
             EXPECT_TRUE(std::isnan(sphere.c[0]) && std::isnan(sphere.r));
             EXPECT_FALSE(bound.ood_score(i) <= 1e30f);
@@ -259,7 +259,7 @@ TEST(NbdBound, ScoresModalCoordinatesAndRepresentativesOutsideTheSphere) {
     bound.begin_pose(x);
     outside_alone.begin_pose(x);
     int with_some = 0, with_none = 0;
-    for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
+    for (int i = 0; i < std::ssize(tree.nodes); ++i) {
         const Sphere sphere = bound.bound(i);
         const auto vertices = tree.node_vertices(i);
         float farthest = sphere.r;
@@ -296,7 +296,7 @@ TEST(Bounds, AreEquivariantUnderRigidMotion) {
             const Vertices y = shapes::moved(x, motion);
             here.begin_pose(x);
             there.begin_pose(y);
-            for (int node = 0; node < static_cast<int>(tree->spheres.nodes.size()); ++node) {
+            for (int node = 0; node < std::ssize(tree->spheres.nodes); ++node) {
                 const Sphere expected = to_world(motion, here.sphere(node));
                 // Rounding errors turn with the body, and NBD bounds round to few bits.
                 const float tolerance = kind == BoundKind::nbd ? 1e-3f : 3e-5f;

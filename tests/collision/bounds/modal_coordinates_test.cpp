@@ -142,7 +142,7 @@ TEST(ModalCoordinates, AreTheWeightedProjectionOfTheDeformationAlone) {
 TEST(CheckClusteredModes, ReportsEachKindOfInvalidModes) {
     const auto s = shapes::sphere(6, 8);
     const ClusteredModes whole = shapes::make_modes(s, 4, 10, 7).clustered;
-    const auto n = static_cast<int>(s.X.rows());
+    const int n = s.X.rows();
     check_clustered_modes(whole, n);
     const auto error = [&](auto tamper) {
         ClusteredModes modes = whole;

@@ -34,13 +34,13 @@ TEST(NbdSphere, AgreesWithTheNetworkForAnyWidths) {
         for (const int hidden : {1, 7, 32, 33, 128}) {
             const NbdModel model =
                 shapes::random_model(tree, shapes::make_modes(s, modes, 60, 1).clustered, hidden, 2);
-            check_nbd_model(model, tree, static_cast<int>(s.X.rows()));
+            check_nbd_model(model, tree, s.X.rows());
             std::mt19937 random(3);
             const Eigen::VectorXf zn =
                 Eigen::VectorXf::NullaryExpr(modes, [&](Eigen::Index) { return shapes::uniform(random); });
-            for (int node = 0; node < static_cast<int>(tree.nodes.size()); ++node) {
+            for (int node = 0; node < std::ssize(tree.nodes); ++node) {
                 const Eigen::Vector4d delta = reference(model, node, zn);
-                const Sphere& rest = tree.rest[static_cast<std::size_t>(node)];
+                const Sphere& rest = tree.rest[node];
                 const Sphere sphere = shapes::nbd_sphere(model, tree, node, shapes::fixed(zn));
                 EXPECT_NEAR((sphere.c - rest.c - delta.head<3>().cast<float>()).norm(), 0, 4e-3)
                     << modes << ' ' << hidden;

@@ -19,7 +19,7 @@ Eigen::Array4f evaluated(const NbdNetworks& networks, int i, const FixedVector& 
 
 std::vector<float> random_weights(int count, unsigned seed) {
     std::mt19937 random(seed);
-    std::vector<float> weights(static_cast<std::size_t>(count));
+    std::vector<float> weights(count);
     for (float& w : weights) w = shapes::uniform(random) * std::exp(3 * shapes::uniform(random));
     return weights;
 }
@@ -50,7 +50,7 @@ TEST(NbdNetworks, RoundOnlyOnce) {
 
 TEST(NbdNetworks, DoNotOverflowForTheLargestWeightsAndInputs) {
     const int inputs = NbdNetworks::max_inputs, hidden = 1;
-    std::vector<float> weights(static_cast<std::size_t>(NbdNetworks::weight_count(inputs, hidden)), 0.f);
+    std::vector<float> weights(NbdNetworks::weight_count(inputs, hidden), 0.f);
     weights[static_cast<std::size_t>(inputs) + 1] = 1;  // W2
     weights[static_cast<std::size_t>(inputs) + 3] = 1;  // W3, first output
     const float most = 1.99999f;                        // rounds to the largest fixed-point number
@@ -76,8 +76,7 @@ TEST(NbdNetworks, GiveTheSameResultsAloneAndInGroups) {
         for (int first = 0; first + NbdNetworks::max_at_once <= 5; ++first) {
             networks.evaluate(first, x, together);
             for (int i = 0; i < NbdNetworks::max_at_once; ++i)
-                EXPECT_TRUE(
-                    (together[static_cast<std::size_t>(i)] == evaluated(networks, first + i, x)).all());
+                EXPECT_TRUE((together[i] == evaluated(networks, first + i, x)).all());
         }
     }
 }

@@ -48,11 +48,10 @@ Nodes crumpled(const Nodes& X, double strength, std::uint64_t seed) {
 /// All pairs of features without a common vertex, by definition.
 std::vector<FeaturePair> all_pairs(const std::vector<MovingBody>& bodies) {
     std::vector<FeaturePair> pairs;
-    const int count = static_cast<int>(bodies.size());
+    const int count = bodies.size();
     for (int s = 0; s < count; ++s)
         for (int t = 0; t < count; ++t) {
-            const MovingBody &a = bodies[static_cast<std::size_t>(s)],
-                             &b = bodies[static_cast<std::size_t>(t)];
+            const MovingBody &a = bodies[s], &b = bodies[t];
             if (a.is_obstacle() && b.is_obstacle()) continue;
             std::set<int> vertices;
             std::set<std::pair<int, int>> edges_a, edges_b;
@@ -84,8 +83,7 @@ std::vector<FeaturePair> all_pairs(const std::vector<MovingBody>& bodies) {
 
 /// Distance of the boxes of both features over the step, those of one body relative to its mean motion.
 double boxes_apart(const FeaturePair& pair, const std::vector<MovingBody>& bodies) {
-    const MovingBody &a = bodies[static_cast<std::size_t>(pair.surface_a)],
-                     &b = bodies[static_cast<std::size_t>(pair.surface_b)];
+    const MovingBody &a = bodies[pair.surface_a], &b = bodies[pair.surface_b];
     RowVector3d frame = RowVector3d::Zero();
     if (&a == &b) frame = a.end().colwise().mean() - a.begin().colwise().mean();
     const auto at = feature_vertices(pair, a, b);
@@ -124,14 +122,14 @@ struct Kinds {
 Kinds kinds(const std::vector<FeaturePair>& pairs, const std::vector<MovingBody>& bodies) {
     Kinds result;
     std::vector<std::vector<FeaturePair>> neighbours;
-    for (int b = 0; b < static_cast<int>(bodies.size()); ++b) {
-        const MovingBody& body = bodies[static_cast<std::size_t>(b)];
+    for (int b = 0; b < std::ssize(bodies); ++b) {
+        const MovingBody& body = bodies[b];
         neighbours.push_back(neighbour_features(body.F(), body.features(), b));
     }
     for (const FeaturePair& pair : pairs) {
         if (pair.surface_a != pair.surface_b)
             ++result.of_two;
-        else if (std::ranges::binary_search(neighbours[static_cast<std::size_t>(pair.surface_a)], pair))
+        else if (std::ranges::binary_search(neighbours[pair.surface_a], pair))
             ++result.around_vertices;
         else
             ++result.of_one;
@@ -251,8 +249,7 @@ TEST(FeatureQuery, StopsWhereTheFirstFeaturesComeTooNear) {
     double least_before = 1e30, least_after = 1e30;
     for (const FeaturePair& pair : all_pairs(bodies)) {
         if (pair.surface_a == pair.surface_b) continue;
-        const MovingBody &a = bodies[static_cast<std::size_t>(pair.surface_a)],
-                         &b = bodies[static_cast<std::size_t>(pair.surface_b)];
+        const MovingBody &a = bodies[pair.surface_a], &b = bodies[pair.surface_b];
         const auto at = feature_vertices(pair, a, b);
         const auto distance = [&](double share) {
             std::array<Vector3d, 4> x;
@@ -302,8 +299,7 @@ struct SlidingBall {
     void hold(const FeaturePair& pair, double keep) {
         if (pair.surface_a == pair.surface_b) return;
         const bool ball_is_a = pair.surface_a == 0;
-        const auto at = feature_vertices(pair, bodies[static_cast<std::size_t>(pair.surface_a)],
-                                         bodies[static_cast<std::size_t>(pair.surface_b)]);
+        const auto at = feature_vertices(pair, bodies[pair.surface_a], bodies[pair.surface_b]);
         std::array<Vector3d, 4> y;
         for (std::size_t k = 0; k < 4; ++k) {
             const bool of_a = k < corners_of_a(pair.kind);

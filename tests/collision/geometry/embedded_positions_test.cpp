@@ -63,7 +63,7 @@ TEST(EmbeddedPositions, RejectInvalidRows) {
 /// Queries see the same positions, no matter when they are computed.
 TEST(EmbeddedPositions, GiveTheSameFacePairsWithEveryKindOfBounds) {
     const shapes::Surface s = shapes::bar(12, 3, 0.25f);
-    const auto n = static_cast<int>(s.X.rows());
+    const int n = s.X.rows();
     const shapes::Modes modes = shapes::make_modes(s, 6, 20, 4);
     const auto tree = std::make_shared<const CollisionTree>(shapes::full_tree(s, modes));
     const Embedded e(n);

@@ -21,8 +21,7 @@ EmbeddingOf<Scalar> random_embedding(int vertices, int nodes) {
     for (int v = 0; v < vertices; ++v)
         for (int k = 0; k < v % 5; ++k)
             entries.emplace_back(v, (7 * v + 11 * k) % nodes,
-                                 static_cast<Scalar>(counter_uniform(1, static_cast<std::uint64_t>(v),
-                                                                     static_cast<std::uint64_t>(k))));
+                                 static_cast<Scalar>(counter_uniform(1, static_cast<std::uint64_t>(v), k)));
     EmbeddingOf<Scalar> W(vertices, nodes);
     W.setFromTriplets(entries.begin(), entries.end());
     return W;
@@ -38,7 +37,7 @@ TEST(Embedding, GivesTheBitsOfEigensProductInDoublePrecision) {
 TEST(Embedding, GivesTheSameBitsForAllVerticesAndForOneAtATime) {
     const SurfaceEmbedding W = random_embedding<float>(1000, 97);
     const Vertices nodes = Vertices::Random(97, 3), all = embedded(W, nodes);
-    const auto entries = static_cast<std::size_t>(W.nonZeros());
+    const std::size_t entries = W.nonZeros();
     EmbeddedPositions x({W.outerIndexPtr(), 1001}, {W.innerIndexPtr(), entries}, {W.valuePtr(), entries}, 97);
     x.begin_pose(nodes);
     std::vector<int> backward(1000);

@@ -36,7 +36,7 @@ class ExpansionArithmetic : public testing::Test {
  protected:
     /// A multiple of 2^-30 below 2^30 of random magnitude, often with few bits.
     double number() {
-        const auto bits = static_cast<std::int64_t>(random_());
+        const std::int64_t bits = random_();
         return std::ldexp(static_cast<double>((bits >> 11) >> (random_() % 53)), -30 + int(random_() % 8));
     }
     Expansion<2> difference() {

@@ -25,16 +25,15 @@ struct SkinnedBar {
     explicit SkinnedBar(int bones, float reach = 1.5f) : weights(surface.X.rows(), bones) {
         std::vector<Eigen::Triplet<float>> entries;
         for (int v = 0; v < surface.X.rows(); ++v) {
-            std::vector<float> pull(static_cast<std::size_t>(bones));
+            std::vector<float> pull(bones);
             float sum = 0;
             for (int k = 0; k < bones; ++k) {
                 const float along = (surface.X(v, 2) / 1.2f + 0.5f) * static_cast<float>(bones) - 0.5f -
                                     static_cast<float>(k);
-                sum += pull[static_cast<std::size_t>(k)] = std::max(0.f, reach - std::abs(along));
+                sum += pull[k] = std::max(0.f, reach - std::abs(along));
             }
             for (int k = 0; k < bones; ++k)
-                if (pull[static_cast<std::size_t>(k)] > 0)
-                    entries.emplace_back(v, k, pull[static_cast<std::size_t>(k)] / sum);
+                if (pull[k] > 0) entries.emplace_back(v, k, pull[k] / sum);
         }
         weights.setFromTriplets(entries.begin(), entries.end());
     }
@@ -44,8 +43,7 @@ struct SkinnedBar {
         Eigen::MatrixX3d x = Eigen::MatrixX3d::Zero(surface.X.rows(), 3);
         for (int v = 0; v < x.rows(); ++v)
             for (SurfaceEmbedding::InnerIterator entry(weights, v); entry; ++entry) {
-                const Eigen::Matrix<double, 3, 4> M =
-                    bones[static_cast<std::size_t>(entry.col())].cast<double>();
+                const Eigen::Matrix<double, 3, 4> M = bones[entry.col()].cast<double>();
                 const Eigen::Vector3d X = surface.X.row(v).transpose().cast<double>();
                 x.row(v) += double{entry.value()} * (M.leftCols<3>() * X + M.col(3)).transpose();
             }

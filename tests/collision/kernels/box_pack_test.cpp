@@ -32,8 +32,7 @@ TEST(BoxPack, AgreesWithSingleBoxesInEveryLane) {
                 std::uint16_t close;
                 kernels().near(&pack, 1, numbers(box), certain_square(distance), &close);
                 for (int lane = 0; lane < BoxPack::lanes; ++lane)
-                    EXPECT_EQ(close >> lane & 1,
-                              lane < count && !apart(boxes[static_cast<std::size_t>(lane)], box, distance));
+                    EXPECT_EQ(close >> lane & 1, lane < count && !apart(boxes[lane], box, distance));
             }
             // Coordinates are exact here, so boxes that share a face overlap.
             std::uint16_t meeting;

@@ -77,7 +77,7 @@ TEST_P(KernelForms, FindTheSameOverlappingBoxes) {
         form->overlapping(packs, count, numbers(other), masks);
         EXPECT_EQ(std::memcmp(masks, expected, sizeof masks), 0);
         found += expected[0] != 0;
-        const unsigned which = static_cast<unsigned>(random());
+        const unsigned which = random();
         unsigned each_expected[32] = {}, each[32] = {};
         plain.overlapping_each(packs, 2, packs + 1, which, each_expected);
         form->overlapping_each(packs, 2, packs + 1, which, each);
@@ -112,7 +112,7 @@ TEST_P(KernelForms, BoundTriangles) {
                 return Eigen::Map<const Eigen::Vector3f>(points.data() + 4 * corners[16 * c + k]);
             };
             const Box expected = bounding_box(Triangle{corner(0), corner(1), corner(2)});
-            const Box found = boxes.box(static_cast<int>(k));
+            const Box found = boxes.box(k);
             EXPECT_TRUE((found.lo == expected.lo).all() && (found.hi == expected.hi).all());
         }
     }
@@ -148,7 +148,7 @@ TEST_P(KernelForms, ClassifyTrianglePairsAlike) {
 TEST_P(KernelForms, RoundAlike) {
     for (const int count : {16, 32, 48, 160})
         for (const float size : {1.f, 1e-25f, 1e-31f, 1e-38f, 0.f, 3e38f, INFINITY, NAN}) {
-            std::vector<float> x(static_cast<std::size_t>(count));
+            std::vector<float> x(count);
             for (float& number : x) number = this->number();
             x[4] = 0.999f, x[5] = 2.5f / 16384,
             x[6] = -3.5f / 16384;               // halfway between two fixed-point numbers
@@ -177,8 +177,8 @@ struct RandomLayer {
     ByteLayer layer;
 
     RandomLayer(std::mt19937& random, int quads, int outputs, bool relu)
-        : weights(static_cast<std::size_t>(4 * quads * outputs)),
-          sums(static_cast<std::size_t>(outputs)),
+        : weights(4 * quads * outputs),
+          sums(outputs),
           scales(sums.size()),
           biases(sums.size()),
           layer{.weights = weights.data(),
@@ -192,8 +192,7 @@ struct RandomLayer {
         for (float& s : scales) s = 0.01f * shapes::uniform(random);
         for (float& b : biases) b = shapes::uniform(random);
         for (int o = 0; o < outputs; ++o)
-            for (int i = 0; i < 4 * quads; ++i)
-                sums[static_cast<std::size_t>(o)] += weights[static_cast<std::size_t>(layer.at(o, i))];
+            for (int i = 0; i < 4 * quads; ++i) sums[o] += weights[layer.at(o, i)];
     }
 
     /// Evaluates the layer in double precision.
@@ -201,9 +200,8 @@ struct RandomLayer {
         Eigen::VectorXd y(layer.outputs);
         for (int o = 0; o < layer.outputs; ++o) {
             double sum = 0;
-            for (int i = 0; i < 4 * layer.quads; ++i)
-                sum += x[i] * weights[static_cast<std::size_t>(layer.at(o, i))];
-            const auto k = static_cast<std::size_t>(o);
+            for (int i = 0; i < 4 * layer.quads; ++i) sum += x[i] * weights[layer.at(o, i)];
+            const std::size_t k = o;
             y[o] = sum * double{scales[k]} + double{biases[k]};
             if (layer.relu) y[o] = std::max(y[o], 0.);
         }
@@ -215,7 +213,7 @@ TEST_P(KernelForms, GiveTheSameBitsForNetworksOfAnyWidth) {
     for (const int quads : {4, 8, 12, 32, 256})
         for (const int width : {16, 32, 48, 128})
             for (const float scale : {0x1p-13f, 0.f, NAN}) {
-                std::vector<std::int16_t> x(static_cast<std::size_t>(4 * quads));
+                std::vector<std::int16_t> x(4 * quads);
                 for (std::int16_t& i : x) i = static_cast<std::int16_t>(16384 * number());
                 std::vector<RandomLayer> layers;
                 for (int n = 0; n < 2; ++n) {
@@ -234,7 +232,7 @@ TEST_P(KernelForms, GiveTheSameBitsForNetworksOfAnyWidth) {
                             double{scale} *
                             Eigen::Map<Eigen::Vector<std::int16_t, Eigen::Dynamic>>(x.data(), 4 * quads)
                                 .cast<double>();
-                        for (int l = 0; l < 3; ++l) y = layers[static_cast<std::size_t>(3 * n + l)].of(y);
+                        for (int l = 0; l < 3; ++l) y = layers[3 * n + l].of(y);
                         for (int o = 0; o < 16; ++o) {
                             EXPECT_TRUE(results[n][o] == expected[n][o] || std::isnan(scale));
                             EXPECT_EQ(std::isnan(results[n][o]), std::isnan(scale));
@@ -252,11 +250,10 @@ TEST_P(KernelForms, GiveTheSameBitsForNetworksOfAnyWidth) {
 TEST_P(KernelForms, GiveTheSameBitsForProductsOfAnySize) {
     for (const int rows : {32, 96, 128, 160, 1536})
         for (const int columns : {1, 2, 3, 4, 5, 11}) {
-            std::vector<std::int16_t> M(static_cast<std::size_t>(rows * columns)),
-                x(static_cast<std::size_t>(rows));
+            std::vector<std::int16_t> M(rows * columns), x(rows);
             for (std::int16_t& i : M) i = static_cast<std::int16_t>(16383 * number());
             for (std::int16_t& i : x) i = static_cast<std::int16_t>(16384 * number());
-            std::vector<float> scales(static_cast<std::size_t>(columns)), expected(scales), results(scales);
+            std::vector<float> scales(columns), expected(scales), results(scales);
             for (float& s : scales) s = number();
             const FixedColumns all{M.data(), scales.data(), rows, columns};
             plain.products(all, x.data(), 0x1p-14f, expected.data());

@@ -28,10 +28,10 @@ class MovedBoxes {
             for (std::size_t a = 0; a < 3; ++a) {
                 r[16 * a + i] = static_cast<std::int16_t>(
                     i % 2 == 0 ? 30000 * shapes::uniform(random) : -static_cast<float>(r[16 * a + i - 1]));
-                p[static_cast<int>(a)] = r[16 * a + i];
+                p[a] = r[16 * a + i];
             }
             sum += (p * p.transpose()).cast<double>();
-            places[i] = static_cast<std::int32_t>(3 * i);
+            places[i] = 3 * i;
             Eigen::Map<Eigen::Vector3f>(nodes.data() + 3 * i) = A * p + b;
             for (std::size_t k = 0; k < 16; ++k) carrier[16 * i + k] = static_cast<std::uint16_t>(i);
         }
@@ -90,7 +90,7 @@ TEST_F(Slabs, NeverPartBoxesThatAreNear) {
     for (int round = 0; round < 3000; ++round) {
         const float thinnest = round % 3 == 0 ? 0 : 800 * shapes::uniform(random);
         const MovedBoxes s(random, thinnest, map(), 5 * point());
-        const int i = static_cast<int>(random() % 16), k = static_cast<int>(random() % 16);
+        const int i = random() % 16, k = random() % 16;
         const float distance = round % 2 == 0 ? 0 : 0.5f;
         // A point of box k of t, often a corner, comes to lie within the distance of one of box i of s.
         const auto corner = [&] {

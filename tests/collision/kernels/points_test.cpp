@@ -29,7 +29,7 @@ class PointKernels : public testing::TestWithParam<InstructionSet> {
         if (round % 3 == 0) x[4 * (random() % point_count) + random() % 3] = round % 2 == 0 ? inf : nan;
         return x;
     }
-    std::int32_t place() { return static_cast<std::int32_t>(4 * (random() % point_count)); }
+    std::int32_t place() { return 4 * (random() % point_count); }
 
     /// Expects the box around points. Returns whether all of these are finite.
     template <class Places>
@@ -61,7 +61,7 @@ TEST_P(PointKernels, BoundAList) {
         const std::vector<float> x = points(round);
         std::vector<std::int32_t> places(static_cast<std::size_t>(round % 21));
         for (std::int32_t& place : places) place = this->place();
-        const int count = static_cast<int>(places.size());
+        const int count = places.size();
         Box found, own;
         const bool finite = form->box_of_points(x.data(), places.data(), count, numbers(found));
         EXPECT_EQ(finite, plain.box_of_points(x.data(), places.data(), count, numbers(own)));
@@ -86,7 +86,7 @@ TEST_P(PointKernels, BoundListsOneAfterTheOther) {
             counts.push_back(static_cast<std::int32_t>(list.size()));
         }
         std::vector<Box> found(lists.size()), own(lists.size());
-        const int count = static_cast<int>(lists.size());
+        const int count = lists.size();
         const bool finite =
             form->boxes_of_lists(x.data(), places.data(), counts.data(), count, numbers(found[0]));
         EXPECT_EQ(finite,
@@ -117,7 +117,7 @@ TEST_P(PointKernels, BoundSixteenListsSideBySide) {
         bool all_finite = true;
         for (int k = 0; k < 16; ++k) {
             std::vector<std::int32_t> list;
-            for (int c = 0; c < count; ++c) list.push_back(places[static_cast<std::size_t>(16 * c + k)]);
+            for (int c = 0; c < count; ++c) list.push_back(places[16 * c + k]);
             all_finite &= expect_box(found.box(k), x, list);
         }
         EXPECT_EQ(finite, all_finite);

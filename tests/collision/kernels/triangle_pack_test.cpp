@@ -35,7 +35,7 @@ std::vector<Pair> some_pairs(RandomTriangles& random, int kind, float scale) {
 TrianglePack packed(const std::vector<Pair>& pairs, Triangle Pair::*side) {
     TrianglePack pack;
     for (int lane = 0; lane < TrianglePack::lanes; ++lane) {
-        const Triangle& x = pairs[static_cast<std::size_t>(lane)].*side;
+        const Triangle& x = pairs[lane].*side;
         const Eigen::Vector3f* corners[] = {&x.a, &x.b, &x.c};
         for (std::size_t k = 0; k < 3; ++k) {
             for (int axis = 0; axis < 3; ++axis) pack.corners[k][axis][lane] = (*corners[k])[axis];
@@ -80,7 +80,7 @@ TEST(TrianglePack, NeverGivesAWrongCertainVerdict) {
                 separated_lanes += std::popcount(separated);
                 EXPECT_EQ(verdict.meeting & (verdict.apart | separated), 0u);
                 for (int lane = 0; lane < TrianglePack::lanes; ++lane) {
-                    const auto& [a, b] = pairs[static_cast<std::size_t>(lane)];
+                    const auto& [a, b] = pairs[lane];
                     const bool truth = triangles_intersect(a, b);
                     const bool meeting = verdict.meeting >> lane & 1, apart = verdict.apart >> lane & 1;
                     ASSERT_FALSE(truth && (apart || (separated >> lane & 1))) << kind << ' ' << scale;
@@ -124,7 +124,7 @@ TEST(TrianglePack, LeavesPairsWithNonFinitePositionsUndecided) {
     std::vector<Pair> pairs = some_pairs(random, 0, 1);
     for (std::size_t lane = 0; lane < pairs.size(); ++lane) {
         Triangle& x = lane % 2 == 0 ? pairs[lane].s : pairs[lane].t;
-        (lane % 3 == 0 ? x.a : lane % 3 == 1 ? x.b : x.c)[static_cast<int>(lane % 3)] = NAN;
+        (lane % 3 == 0 ? x.a : lane % 3 == 1 ? x.b : x.c)[lane % 3] = NAN;
     }
     const TrianglePack s = packed(pairs, &Pair::s), t = packed(pairs, &Pair::t);
     EXPECT_EQ(separated_by_plane(s, t), 0u);

@@ -135,9 +135,8 @@ double least_margin(const Body& body, const NeighbourProof& proof, const Nodes& 
         for (int other = 0; other < tree.leaves(); ++other) {
             const unsigned apart = proof.apart(leaf, other);
             for (int j = 0; apart >> j; ++j)
-                for (int i = 0; apart >> j & 1 && i < tree.faces_in[static_cast<std::size_t>(leaf)]; ++i) {
-                    const int a = tree.faces[static_cast<std::size_t>(tree_width * leaf + i)],
-                              b = tree.faces[static_cast<std::size_t>(tree_width * other + j)];
+                for (int i = 0; apart >> j & 1 && i < tree.faces_in[leaf]; ++i) {
+                    const int a = tree.faces[tree_width * leaf + i], b = tree.faces[tree_width * other + j];
                     if (body.needs_proof(a, b)) check(a, b);
                 }
         }
@@ -225,11 +224,11 @@ TEST(NeighbourProof, LeavesOutOfAQueryWhatEachLeafCovers) {
         proof.prove(body.X.cast<double>(), {}, {});
         ASSERT_EQ(proof.proved(), proof.leaves());
         const WideTree& tree = proof.tree();
-        std::vector<int> slot_of(static_cast<std::size_t>(body.F.rows()));
+        std::vector<int> slot_of(body.F.rows());
         for (int leaf = 0; leaf < tree.leaves(); ++leaf)
-            for (int i = 0; i < tree.faces_in[static_cast<std::size_t>(leaf)]; ++i) {
+            for (int i = 0; i < tree.faces_in[leaf]; ++i) {
                 const int slot = tree_width * leaf + i;
-                slot_of[static_cast<std::size_t>(tree.faces[static_cast<std::size_t>(slot)])] = slot;
+                slot_of[tree.faces[slot]] = slot;
             }
         const auto covers = [&](int slot, int other) {
             return proof.apart(slot / tree_width, other / tree_width) >> other % tree_width & 1;
@@ -245,8 +244,7 @@ TEST(NeighbourProof, LeavesOutOfAQueryWhatEachLeafCovers) {
         std::vector<FacePair> expected = near();
         const std::size_t all = expected.size();
         std::erase_if(expected, [&](const FacePair& pair) {
-            const int a = slot_of[static_cast<std::size_t>(pair.a)],
-                      b = slot_of[static_cast<std::size_t>(pair.b)];
+            const int a = slot_of[pair.a], b = slot_of[pair.b];
             return covers(a, b) || covers(b, a);
         });
         query.use(&proof);
@@ -376,9 +374,9 @@ TEST(RestNeighbours, CoversTheFacesAroundALeaf) {
     const Body body(shapes::torus(36, 24));
     const WideTree& tree = body.rest->tree();
     for (int leaf = 0; leaf < tree.leaves(); ++leaf) {
-        if (tree.faces_in[static_cast<std::size_t>(leaf)] == 0) continue;
+        if (tree.faces_in[leaf] == 0) continue;
         const RestNeighbours::Region region = body.rest->region(leaf);
-        EXPECT_EQ(body.rest->covered(leaf, leaf), (1u << tree.faces_in[static_cast<std::size_t>(leaf)]) - 1);
+        EXPECT_EQ(body.rest->covered(leaf, leaf), (1u << tree.faces_in[leaf]) - 1);
         EXPECT_GT(region.covered.size(), 4u);
         EXPECT_GE(region.distance, 0.999 * 1.5 * body.edge);
     }

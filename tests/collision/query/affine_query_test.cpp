@@ -201,10 +201,9 @@ TEST(AffineQuery, MeetsBodiesWithOtherBounds) {
 TEST(AffineQuery, TakesNodesFromEmbeddedPositions) {
     const HungSurface s = test::hung_on_tets(shapes::torus(24, 12), 3);
     PosedTree a(tree_of(s), BoundKind::affine), b(tree_of(s), BoundKind::affine);
-    const auto entries = static_cast<std::size_t>(s.W.nonZeros());
+    const std::size_t entries = s.W.nonZeros();
     EmbeddedPositions x({s.W.outerIndexPtr(), static_cast<std::size_t>(s.W.rows()) + 1},
-                        {s.W.innerIndexPtr(), entries}, {s.W.valuePtr(), entries},
-                        static_cast<int>(s.W.cols()));
+                        {s.W.innerIndexPtr(), entries}, {s.W.valuePtr(), entries}, s.W.cols());
     const Vertices moved = s.rest.rowwise() + Eigen::RowVector3f(0.3f, 0.1f, 0);
     x.begin_pose(moved);
     a.begin_pose(x);
@@ -231,8 +230,8 @@ TEST(AffineQuery, AsksManyBodies) {
         trees.emplace_back(tree, BoundKind::affine);
     }
     for (int i = 0; i < count; ++i) {
-        trees[static_cast<std::size_t>(i)].begin_pose_of_nodes(nodes[static_cast<std::size_t>(i)]);
-        bodies.push_back(&trees[static_cast<std::size_t>(i)]);
+        trees[i].begin_pose_of_nodes(nodes[i]);
+        bodies.push_back(&trees[i]);
     }
     ManyBodyQuery query;
     std::size_t touching = 0;

@@ -183,7 +183,7 @@ struct AllQueries {
         const auto count = [&](const QueryCounters& counters) {
             most_pairs = std::max(most_pairs, static_cast<std::size_t>(counters.most_pairs));
         };
-        found = static_cast<long>(pairs.intersecting(a, b).size());
+        found = pairs.intersecting(a, b).size();
         count(pairs.counters());
         pairs.within(a, b, 0.05f);
         count(pairs.counters());

@@ -69,8 +69,7 @@ TEST_P(ManyBodies, GetTheSameAnswersAsPairwiseQueries) {
     std::vector<Answer> expected;
     for (int a = 0; a < 18; ++a)
         for (int b = a + 1; b < 18; ++b) {
-            const auto faces =
-                query.within(trees_[static_cast<std::size_t>(a)], trees_[static_cast<std::size_t>(b)], 0.05f);
+            const auto faces = query.within(trees_[a], trees_[b], 0.05f);
             if (!faces.empty()) expected.push_back({{a, b}, {faces.begin(), faces.end()}});
         }
     ManyBodyQuery many;

@@ -144,7 +144,7 @@ TEST_F(NonFinite, EmbeddedPositionsAndManyBodiesTellOfIt) {
     EmbeddedPositions surface({hung.W.outerIndexPtr(), static_cast<std::size_t>(hung.W.rows()) + 1},
                               {hung.W.innerIndexPtr(), static_cast<std::size_t>(hung.W.nonZeros())},
                               {hung.W.valuePtr(), static_cast<std::size_t>(hung.W.nonZeros())},
-                              static_cast<int>(hung.rest.rows()));
+                              hung.rest.rows());
     Vertices nodes = hung.rest;
     nodes(5, 1) = NAN;
     surface.begin_pose(nodes);
@@ -215,7 +215,7 @@ TEST_F(NonFinite, OtherNumbersOfRowsAreRefusedInAllBuilds) {
     EmbeddedPositions surface({hung.W.outerIndexPtr(), static_cast<std::size_t>(hung.W.rows()) + 1},
                               {hung.W.innerIndexPtr(), static_cast<std::size_t>(hung.W.nonZeros())},
                               {hung.W.valuePtr(), static_cast<std::size_t>(hung.W.nonZeros())},
-                              static_cast<int>(hung.rest.rows()));
+                              hung.rest.rows());
     EXPECT_EQ(test::refusal([&] { surface.begin_pose(nodes); }),
               "nodes: 3 rows, but the surface hangs on " + carriers);
 }

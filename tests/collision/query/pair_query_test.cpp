@@ -213,8 +213,8 @@ TEST(PairQuery, LeafPairsHaveCollidingSpheresAndHoldAllTouchingFaces) {
         found += pairs.size();
         EXPECT_TRUE(std::ranges::is_sorted(pairs));
         for (const LeafPair& pair : pairs) {
-            EXPECT_TRUE(a.tree().spheres.nodes[static_cast<std::size_t>(pair.a)].is_leaf());
-            EXPECT_TRUE(b.tree().spheres.nodes[static_cast<std::size_t>(pair.b)].is_leaf());
+            EXPECT_TRUE(a.tree().spheres.nodes[pair.a].is_leaf());
+            EXPECT_TRUE(b.tree().spheres.nodes[pair.b].is_leaf());
             const Sphere &sa = a.sphere(pair.a), &sb = b.sphere(pair.b);
             EXPECT_LE((sa.c - sb.c).norm(), (sa.r + sb.r + distance) * 1.00001f);
         }
@@ -247,10 +247,10 @@ TEST(PairQuery, BoxLeavesHoldAllPairsWhoseBoxesAreNear) {
         EXPECT_LT(static_cast<long>(found.size()), long{in_s.leaves()} * in_t.leaves() / 4);
         std::vector<FacePair> held;
         for (const LeafPair& pair : found)
-            for (int i = 0; i < in_s.faces_in[static_cast<std::size_t>(pair.a)]; ++i)
-                for (int j = 0; j < in_t.faces_in[static_cast<std::size_t>(pair.b)]; ++j)
-                    held.push_back({in_s.faces[static_cast<std::size_t>(tree_width * pair.a + i)],
-                                    in_t.faces[static_cast<std::size_t>(tree_width * pair.b + j)]});
+            for (int i = 0; i < in_s.faces_in[pair.a]; ++i)
+                for (int j = 0; j < in_t.faces_in[pair.b]; ++j)
+                    held.push_back(
+                        {in_s.faces[tree_width * pair.a + i], in_t.faces[tree_width * pair.b + j]});
         std::ranges::sort(held);
         const auto near = test::sorted(query.boxes_within(s, t, distance));
         EXPECT_GT(near.size(), 100u);
@@ -337,8 +337,8 @@ Surface read_obj(const std::filesystem::path& path) {
         in.ignore(1000, '\n');
     }
     Surface s{Vertices(X.size(), 3), Faces(F.size(), 3)};
-    for (std::size_t i = 0; i < X.size(); ++i) s.X.row(static_cast<Eigen::Index>(i)) = X[i];
-    for (std::size_t i = 0; i < F.size(); ++i) s.F.row(static_cast<Eigen::Index>(i)) = F[i].array() - 1;
+    for (std::size_t i = 0; i < X.size(); ++i) s.X.row(i) = X[i];
+    for (std::size_t i = 0; i < F.size(); ++i) s.F.row(i) = F[i].array() - 1;
     return s;
 }
 

@@ -43,8 +43,7 @@ std::vector<FacePair> pairs_of_one_body(const Vertices& x, const Faces& F, float
     std::vector<FacePair> pairs;
     for (int a = 0; a < F.rows(); ++a)
         for (int b = a + 1; b < F.rows(); ++b)
-            if (!apart(boxes[static_cast<std::size_t>(a)], boxes[static_cast<std::size_t>(b)], distance) &&
-                !share_a_vertex(F, {a, b}) &&
+            if (!apart(boxes[a], boxes[b], distance) && !share_a_vertex(F, {a, b}) &&
                 take(test::face_triangle(x, F, a), test::face_triangle(x, F, b)))
                 pairs.push_back({a, b});
     return pairs;
@@ -151,7 +150,7 @@ TEST(SelfQuery, AgreesWithBruteForceOnMoreThanOneCluster) {
 TEST(SelfQuery, AgreesWithBruteForceOnSoups) {
     // Few vertices, so that many faces share one, on a grid, so that many touch, are coplanar or degenerate.
     std::mt19937 random(3);
-    const auto integer = [&](int below) { return static_cast<int>(random() % static_cast<unsigned>(below)); };
+    const auto integer = [&](int below) { return random() % static_cast<unsigned>(below); };
     std::size_t found = 0;
     for (int soup = 0; soup < 12; ++soup) {
         const int vertices = 6 + 30 * soup, grid = 3 + soup;
@@ -241,7 +240,7 @@ TEST(SelfQuery, FindsNothingBeforeTheFirstPose) {
         PosedTree body(shared_exact_tree(s.X, s.F), kind);
         EXPECT_TRUE(query.boxes_within(body, 2e19f).empty());
         body.begin_pose(s.X);
-        const auto all = static_cast<std::size_t>(s.F.rows());
+        const std::size_t all = s.F.rows();
         EXPECT_EQ(query.boxes_within(body, 2e19f).size(), (all * (all - 1) - 12 * all) / 2)
             << "all but the twelve around each face";
     }

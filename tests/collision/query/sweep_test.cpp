@@ -25,7 +25,7 @@ TEST(Sweep, AgreesWithBruteForce) {
         std::vector<BodyIndices> expected;
         for (int a = 0; a < 40; ++a)
             for (int b = a + 1; b < 40; ++b) {
-                const Box &s = boxes[static_cast<std::size_t>(a)], &t = boxes[static_cast<std::size_t>(b)];
+                const Box &s = boxes[a], &t = boxes[b];
                 const bool touch = a % 9 != 4 && b % 9 != 4 && (s.lo <= t.hi).all() && (t.lo <= s.hi).all();
                 if (touch) expected.push_back({a, b});
                 ++(touch ? touching : apart);

@@ -20,14 +20,14 @@ TEST(SphereTree, IsFullAtTheDefaultDepthForEnoughFaces) {
     const SphereTree tree = build_sphere_tree(s.X, s.F);
     EXPECT_EQ(tree.nodes.size(), 255u);
     EXPECT_EQ(tree.depth(), 7);
-    check_sphere_tree(tree, static_cast<int>(s.X.rows()), s.F);
+    check_sphere_tree(tree, s.X.rows(), s.F);
 }
 
 TEST(SphereTree, NeverMakesLeavesSmallerThanTheMinimum) {
     for (const int least : {1, 2, 5, 17}) {
         const auto s = shapes::sphere(9, 11);
         const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 20, .min_leaf_faces = least});
-        check_sphere_tree(tree, static_cast<int>(s.X.rows()), s.F);
+        check_sphere_tree(tree, s.X.rows(), s.F);
         for (const SphereTree::Node& node : tree.nodes) {
             const int faces = node.face_end - node.face_begin;
             EXPECT_GE(faces, least);
@@ -39,13 +39,13 @@ TEST(SphereTree, NeverMakesLeavesSmallerThanTheMinimum) {
 TEST(SphereTree, GivesEveryNodeItsVerticesAndTheirBoundingSphere) {
     const auto s = shapes::bar(20, 12);
     const SphereTree tree = build_sphere_tree(s.X, s.F, {.depth = 5});
-    for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
+    for (int i = 0; i < std::ssize(tree.nodes); ++i) {
         std::set<int> used, listed(tree.node_vertices(i).begin(), tree.node_vertices(i).end());
         for (const int f : tree.node_faces(i)) used.insert(s.F.row(f).begin(), s.F.row(f).end());
         EXPECT_EQ(used, listed) << "node " << i;
         const Sphere expected = bounding_sphere(s.X, tree.node_vertices(i));
-        EXPECT_EQ(tree.rest[static_cast<std::size_t>(i)].c, expected.c);
-        EXPECT_EQ(tree.rest[static_cast<std::size_t>(i)].r, expected.r);
+        EXPECT_EQ(tree.rest[i].c, expected.c);
+        EXPECT_EQ(tree.rest[i].r, expected.r);
     }
 }
 

@@ -23,7 +23,7 @@ double slope(Barrier& barrier, double share) {
         Eigen::Vector3d motion = -0.01 * c.contact.wall_velocity;
         const auto add = [&](const SurfacePoint& point, double sign) {
             for (std::size_t k = 0; k < static_cast<std::size_t>(point.count); ++k) {
-                const MovingSurface& s = barrier.surfaces()[static_cast<std::size_t>(point.body)];
+                const MovingSurface& s = barrier.surfaces()[point.body];
                 const Eigen::Vector3d step =
                     s.end().row(point.vertices[k]) - s.begin().row(point.vertices[k]);
                 motion += sign * point.weights[k] * step;

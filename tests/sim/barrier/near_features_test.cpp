@@ -17,27 +17,24 @@ namespace {
 double distance(const FeaturePair& pair, const std::vector<MovingSurface>& surfaces, double share) {
     std::array<Eigen::Vector3d, 4> x;
     const auto at = corners(pair, surfaces);
-    for (std::size_t k = 0; k < 4; ++k)
-        x[k] = surfaces[static_cast<std::size_t>(at[k].surface)].at(at[k].vertex, share);
+    for (std::size_t k = 0; k < 4; ++k) x[k] = surfaces[at[k].surface].at(at[k].vertex, share);
     return closest_points(pair.kind, x).distance;
 }
 
 double rest_distance(const FeaturePair& pair, const std::vector<MovingSurface>& surfaces) {
     std::array<Eigen::Vector3d, 4> x;
     const auto at = corners(pair, surfaces);
-    for (std::size_t k = 0; k < 4; ++k)
-        x[k] = surfaces[static_cast<std::size_t>(at[k].surface)].rest().row(at[k].vertex);
+    for (std::size_t k = 0; k < 4; ++k) x[k] = surfaces[at[k].surface].rest().row(at[k].vertex);
     return closest_points(pair.kind, x).distance;
 }
 
 /// All pairs of features without a common vertex.
 std::vector<FeaturePair> all_pairs(const std::vector<MovingSurface>& surfaces) {
     std::vector<FeaturePair> pairs;
-    const int count = static_cast<int>(surfaces.size());
+    const int count = surfaces.size();
     for (int s = 0; s < count; ++s)
         for (int t = 0; t < count; ++t) {
-            const MovingSurface &a = surfaces[static_cast<std::size_t>(s)],
-                                &b = surfaces[static_cast<std::size_t>(t)];
+            const MovingSurface &a = surfaces[s], &b = surfaces[t];
             if (a.is_obstacle() && b.is_obstacle()) continue;
             for (int v = 0; v < a.rest().rows(); ++v)
                 for (int f = 0; f < b.F().rows(); ++f)

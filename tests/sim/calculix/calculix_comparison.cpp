@@ -40,7 +40,7 @@ struct Clamped {
         StaticCase load{.held = held};
         Eigen::Index node = 0;
         elastic.rest().X.col(along).maxCoeff(&node);
-        load.pulled = static_cast<int>(node);
+        load.pulled = node;
         load.pull[across] = newtons;
         return load;
     }

@@ -108,9 +108,9 @@ class CrumpledBoxes : public testing::Test {
 
     /// A tree whose leaves are faces that follow each other in the file.
     WideTree tree_in_file_order() const {
-        std::vector<int> order(static_cast<std::size_t>(body_.surface.F.rows()));
+        std::vector<int> order(body_.surface.F.rows());
         std::iota(order.begin(), order.end(), 0);
-        return build_wide_tree(order, body_.surface.F, static_cast<int>(body_.W.rows()));
+        return build_wide_tree(order, body_.surface.F, body_.W.rows());
     }
 
     /// The contacts of a first find(), from all pairs of patches.

@@ -27,8 +27,7 @@ Body fine_box(int levels) {
 }
 
 ContactSamples samples_of(const Body& body, const Nodes& rest) {
-    return contact_samples(body.surface.F, rest, vertex_areas(body.surface.F, rest),
-                           static_cast<int>(body.tets.X.rows()));
+    return contact_samples(body.surface.F, rest, vertex_areas(body.surface.F, rest), body.tets.X.rows());
 }
 
 TEST(ContactSamples, AreAllVerticesOfASurfaceThatIsNotMuchFinerThanItsNodes) {
@@ -51,15 +50,13 @@ TEST(ContactSamples, AreFewerOfFinerSurfacesAndStandForTheWholeArea) {
         EXPECT_LT(kept, 8 * vertices / per_cell);
         EXPECT_GT(kept, 2 * vertices / per_cell);
         EXPECT_NEAR(samples.areas.sum(), vertex_areas(body.surface.F, rest).sum(), 1e-12);
-        for (Eigen::Index v = 0; v < rest.rows(); ++v)
-            EXPECT_EQ(samples.areas[v] > 0, samples.kept[static_cast<std::size_t>(v)]);
+        for (Eigen::Index v = 0; v < rest.rows(); ++v) EXPECT_EQ(samples.areas[v] > 0, samples.kept[v]);
         // None is far from the nearest of those kept.
         const double cell = std::sqrt(per_cell * vertex_areas(body.surface.F, rest).mean());
         for (Eigen::Index v = 0; v < rest.rows(); v += 7) {
             double nearest = 1;
             for (Eigen::Index k = 0; k < rest.rows(); ++k)
-                if (samples.kept[static_cast<std::size_t>(k)])
-                    nearest = std::min(nearest, (rest.row(v) - rest.row(k)).norm());
+                if (samples.kept[k]) nearest = std::min(nearest, (rest.row(v) - rest.row(k)).norm());
             EXPECT_LT(nearest, cell);
         }
     }
@@ -76,7 +73,7 @@ TEST(ContactSamples, HaveTheTipsOfSpikes) {
         }
     ASSERT_GT(tips.size(), 3u);
     const ContactSamples samples = samples_of(body, rest);
-    for (const Eigen::Index v : tips) EXPECT_TRUE(samples.kept[static_cast<std::size_t>(v)]) << v;
+    for (const Eigen::Index v : tips) EXPECT_TRUE(samples.kept[v]) << v;
 }
 
 TEST(ContactSamples, AreListedByThePatchesThatOwnThem) {
@@ -87,7 +84,7 @@ TEST(ContactSamples, AreListedByThePatchesThatOwnThem) {
     std::ptrdiff_t listed = 0;
     for (int patch = 0; patch < shape.patches.count(); ++patch)
         for (const int vertex : shape.patch_samples[patch]) {
-            EXPECT_TRUE(samples.kept[static_cast<std::size_t>(vertex)]);
+            EXPECT_TRUE(samples.kept[vertex]);
             EXPECT_TRUE(std::ranges::count(shape.patches.vertices[patch], vertex) == 1);
             ++listed;
         }
@@ -140,11 +137,9 @@ TEST(ContactSamples, LeaveOutVerticesWithoutFaces) {
     rest.conservativeResize(before + 3, 3);
     rest.bottomRows(3) << 0.5, 0, 0, 0.5, 0.1, 0, 0.5, 0, 0.1;
     const Eigen::VectorXd areas = vertex_areas(body.surface.F, rest);
-    const ContactSamples samples =
-        contact_samples(body.surface.F, rest, areas, static_cast<int>(body.tets.X.rows()));
+    const ContactSamples samples = contact_samples(body.surface.F, rest, areas, body.tets.X.rows());
     EXPECT_NEAR(samples.areas.sum(), areas.sum(), 1e-12);
-    for (Eigen::Index v = before; v < rest.rows(); ++v)
-        EXPECT_FALSE(samples.kept[static_cast<std::size_t>(v)]);
+    for (Eigen::Index v = before; v < rest.rows(); ++v) EXPECT_FALSE(samples.kept[v]);
 }
 
 }  // namespace

@@ -49,7 +49,7 @@ class Cubes : public testing::Test {
             if (above || floor) contacts_.push_back(contact);
         }
         const std::vector<const ContactSurface*> surfaces{&surfaces_[0], &surfaces_[1]};
-        const int unknowns = static_cast<int>(body_.tets.X.size());
+        const int unknowns = body_.tets.X.size();
         first_unknown_ = {0, unknowns, 2 * unknowns};
         Eigen::VectorXd v = Eigen::VectorXd::Zero(2 * unknowns);
         for (int i = unknowns; i < 2 * unknowns; i += 3) v[i] = slip;

@@ -19,12 +19,12 @@ TriMesh fork(double stretch) {
         const Eigen::RowVector3d centroid = bar.X(bar.T.row(t), Eigen::all).colwise().mean();
         if (centroid[0] < 1 || centroid[2] < 1.0 / 3 || centroid[2] > 2.0 / 3) kept.push_back(t);
     }
-    std::vector<int> number(static_cast<std::size_t>(bar.X.rows()), -1), used;
+    std::vector<int> number(bar.X.rows(), -1), used;
     Tets T = bar.T(kept, Eigen::all);
     for (int& node : T.reshaped()) {
-        int& name = number[static_cast<std::size_t>(node)];
+        int& name = number[node];
         if (name < 0) {
-            name = static_cast<int>(used.size());
+            name = used.size();
             used.push_back(node);
         }
         node = name;

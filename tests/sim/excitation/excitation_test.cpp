@@ -163,7 +163,7 @@ TEST(Excitation, PlatesPressTheBodyFlat) {
     const auto apart = [&](double time) {
         double height[2];
         for (int p = 0; p < 2; ++p) {
-            const Plate& plate = recipe.plates[static_cast<std::size_t>(p)];
+            const Plate& plate = recipe.plates[p];
             height[p] = plate.point.z() + plate.normal.z() * plate.speed * time;
         }
         return height[1] - height[0];
@@ -183,8 +183,7 @@ TEST(Excitation, FramesAreBitIdenticalAloneAndInParallel) {
     std::vector<Watched> alone, beside(5);
     for (int i = 0; i < 5; ++i) alone.push_back(run(excitation, i));
     std::vector<std::thread> threads;
-    for (int i = 0; i < 5; ++i)
-        threads.emplace_back([&, i] { beside[static_cast<std::size_t>(i)] = run(excitation, i); });
+    for (int i = 0; i < 5; ++i) threads.emplace_back([&, i] { beside[i] = run(excitation, i); });
     for (std::thread& thread : threads) thread.join();
     for (std::size_t i = 0; i < 5; ++i) {
         EXPECT_EQ(alone[i].result.recipe, beside[i].result.recipe);

@@ -29,8 +29,7 @@ double error_of(const Blocks& blocks) {
     double most = 0;
     for (int k = 0; k < count; ++k) {
         const auto given = some_block<Blocks::rows, Blocks::columns>(k);
-        const Eigen::MatrixXd difference =
-            blocks.block(static_cast<std::size_t>(k)).template cast<double>() - given;
+        const Eigen::MatrixXd difference = blocks.block(k).template cast<double>() - given;
         most = std::max(most, difference.cwiseAbs().maxCoeff() / given.cwiseAbs().maxCoeff());
     }
     return most;
@@ -40,16 +39,16 @@ template <class Blocks>
 void expect_products() {
     constexpr int R = Blocks::rows, C = Blocks::columns;
     Blocks blocks(count);
-    for (int k = 0; k < count; ++k) blocks.set(static_cast<std::size_t>(k), some_block<R, C>(k));
+    for (int k = 0; k < count; ++k) blocks.set(k, some_block<R, C>(k));
     EXPECT_LE(error_of(blocks), 1.01 / 65534);
     const Eigen::VectorXf x = Eigen::VectorXf::LinSpaced(C * 9, -1, 1);
     const std::array<int, 3> at{7, 0, 3};
     for (int first : {0, 2}) {
         Eigen::Matrix<double, R, 1> expected = Eigen::Matrix<double, R, 1>::Zero();
         for (int k = 0; k < 3; ++k)
-            expected += blocks.block(static_cast<std::size_t>(first + k)).template cast<double>() *
-                        x.segment<C>(C * at[static_cast<std::size_t>(k)]).template cast<double>();
-        const auto row = blocks.row_product(static_cast<std::size_t>(first), at, x.data());
+            expected += blocks.block(first + k).template cast<double>() *
+                        x.segment<C>(C * at[k]).template cast<double>();
+        const auto row = blocks.row_product(first, at, x.data());
         for (int r = 0; r < R; ++r) EXPECT_NEAR(row[r], expected[r], 1e-5 * expected.norm());
     }
     const auto none = blocks.row_product(1, {}, x.data());
@@ -93,12 +92,12 @@ TEST(SweepMatrix, MultipliesRowsOfScaledBlocks) {
     SweepMatrix<ScaledBlocks<6, 6>> A(order);
     Eigen::MatrixXd lower = Eigen::MatrixXd::Zero(18, 18), upper = lower;
     for (int i = 0; i < 3; ++i)
-        for (int k = offset[static_cast<std::size_t>(i)]; k < offset[static_cast<std::size_t>(i) + 1]; ++k) {
-            const int j = column[static_cast<std::size_t>(k)];
+        for (int k = offset[i]; k < offset[static_cast<std::size_t>(i) + 1]; ++k) {
+            const int j = column[k];
             if (j == i) continue;
             const Eigen::Matrix<double, 6, 6> given =
                 some_block<6, 6>(2) + 0.1 * (i + j) * some_block<6, 6>(2);
-            const auto place = static_cast<std::size_t>(k - offset[static_cast<std::size_t>(i)]);
+            const std::size_t place = k - offset[i];
             A.set(i, place, j < i ? Eigen::Matrix<double, 6, 6>(given.transpose()) : given);
             (j < i ? lower : upper).block<6, 6>(6 * i, 6 * j) = A.block(i, place).cast<double>();
         }

@@ -20,24 +20,22 @@ struct Pattern {
         for (int i = 0; i < body.node_count(); ++i) {
             const auto row = body.pattern().neighbours(i);
             column.insert(column.end(), row.begin(), row.end());
-            offset.push_back(static_cast<int>(column.size()));
+            offset.push_back(column.size());
         }
     }
     int rows() const { return static_cast<int>(offset.size()) - 1; }
     std::span<const int> columns_of(int i) const {
-        return std::span(column).subspan(static_cast<std::size_t>(offset[static_cast<std::size_t>(i)]),
-                                         static_cast<std::size_t>(offset[static_cast<std::size_t>(i) + 1] -
-                                                                  offset[static_cast<std::size_t>(i)]));
+        return std::span(column).subspan(offset[i], offset[static_cast<std::size_t>(i) + 1] - offset[i]);
     }
 };
 
 /// The turn of each row in a sweep.
 std::vector<int> turns(const SweepOrder& order) {
-    std::vector<int> turn(static_cast<std::size_t>(order.rows()), -1);
+    std::vector<int> turn(order.rows(), -1);
     int next = 0;
     for (const auto& colour : order.colours)
         for (const RowRange& part : colour)
-            for (int i = part.begin; i < part.end; ++i) turn[static_cast<std::size_t>(i)] = next++;
+            for (int i = part.begin; i < part.end; ++i) turn[i] = next++;
     return turn;
 }
 
@@ -46,7 +44,7 @@ TEST(SweepOrder, HasEveryRowOnce) {
     const SweepOrder order(pattern.offset, pattern.column, 16);
     std::vector<int> turn = turns(order);
     std::ranges::sort(turn);
-    std::vector<int> all(static_cast<std::size_t>(pattern.rows()));
+    std::vector<int> all(pattern.rows());
     std::iota(all.begin(), all.end(), 0);
     EXPECT_EQ(turn, all);
 }
@@ -70,10 +68,8 @@ TEST(SweepOrder, SplitsTheColumnsOfARowByTheirTurn) {
     const std::vector<int> turn = turns(order);
     EXPECT_EQ(order.column.size(), pattern.column.size() - static_cast<std::size_t>(pattern.rows()));
     for (int row = 0; row < pattern.rows(); ++row) {
-        const auto i = static_cast<std::size_t>(row);
-        const auto turn_at = [&](int k) {
-            return turn[static_cast<std::size_t>(order.column[static_cast<std::size_t>(k)])];
-        };
+        const std::size_t i = row;
+        const auto turn_at = [&](int k) { return turn[order.column[k]]; };
         for (int k = order.earlier[i] + 1; k < order.earlier[i + 1]; ++k)
             EXPECT_LT(turn_at(k - 1), turn_at(k));
         for (int k = order.later[i] + 1; k < order.later[i + 1]; ++k) EXPECT_GT(turn_at(k - 1), turn_at(k));
@@ -85,9 +81,8 @@ TEST(SweepOrder, SplitsTheColumnsOfARowByTheirTurn) {
                 continue;
             }
             ASSERT_GE(place, 0);
-            EXPECT_EQ(order.column[static_cast<std::size_t>(place)], ascending[k]);
-            const auto& half =
-                turn[static_cast<std::size_t>(ascending[k])] < turn[i] ? order.earlier : order.later;
+            EXPECT_EQ(order.column[place], ascending[k]);
+            const auto& half = turn[ascending[k]] < turn[i] ? order.earlier : order.later;
             EXPECT_TRUE(half[i] <= place && place < half[i + 1]);
         }
     }

@@ -84,7 +84,7 @@ TetMesh two_boxes(bool hinged) {
     pair.T.resize(2 * box.T.rows(), 4);
     pair.T << box.T, box.T.array() + static_cast<int>(n);
     if (hinged) {  // corner (0,0,0) of the second box is corner (1,1,1) of the first
-        const int kept = static_cast<int>(n) - 1, dropped = static_cast<int>(n);
+        const int kept = static_cast<int>(n) - 1, dropped = n;
         pair.T = pair.T.unaryExpr([&](int node) { return node == dropped ? kept : node - (node > dropped); })
                      .eval();
         Nodes X(2 * n - 1, 3);

@@ -104,7 +104,7 @@ TEST_F(Stress, OfElementsMakesTheElasticForces) {
                 D.col(k) = (tets_.X.row(tets_.T(t, k + 1)) - tets_.X.row(tets_.T(t, 0))).transpose();
             const Eigen::Matrix3d P = stress.P.middleRows<3>(3 * t).cast<double>(),
                                   forces = -body.rest_volumes()[t] * P * D.inverse().transpose();
-            const Eigen::Matrix3d& expected = of_elements[static_cast<std::size_t>(t)];
+            const Eigen::Matrix3d& expected = of_elements[t];
             EXPECT_LT((forces - expected).norm(), 1e-5 * expected.norm()) << t;
             EXPECT_LT((stress.F.middleRows<3>(3 * t).cast<double>() - body.deformation_gradient(x, t)).norm(),
                       1e-5);

@@ -37,7 +37,7 @@ class EveryLaw : public ::testing::TestWithParam<MaterialLaw> {
 
     static PrincipalStretches stretches(const std::array<Eigen::Matrix3d, lanes>& all) {
         LaneMatrix3 F, R;
-        for (int l = 0; l < lanes; ++l) F.set_lane(l, all[static_cast<std::size_t>(l)]);
+        for (int l = 0; l < lanes; ++l) F.set_lane(l, all[l]);
         rotations_of(F, R);
         return principal_stretches(F, R);
     }
@@ -51,9 +51,9 @@ class EveryLaw : public ::testing::TestWithParam<MaterialLaw> {
         const PrincipalResponse r = respond(moduli(), s.sigma);
         std::array<Eigen::Matrix3d, lanes> P;
         for (int l = 0; l < lanes; ++l)
-            P[static_cast<std::size_t>(l)] =
-                s.U.lane(l) * Eigen::Vector3d(r.stress[0][l], r.stress[1][l], r.stress[2][l]).asDiagonal() *
-                s.V.lane(l).transpose();
+            P[l] = s.U.lane(l) *
+                   Eigen::Vector3d(r.stress[0][l], r.stress[1][l], r.stress[2][l]).asDiagonal() *
+                   s.V.lane(l).transpose();
         return P;
     }
 
@@ -62,11 +62,10 @@ class EveryLaw : public ::testing::TestWithParam<MaterialLaw> {
         std::array<Matrix9, lanes> result;
         for (int k = 0; k < 9; ++k) {
             LaneMatrix3 H;
-            for (int e = 0; e < 9; ++e) H.entries[static_cast<std::size_t>(e)].setConstant(e == k);
+            for (int e = 0; e < 9; ++e) H.entries[e].setConstant(e == k);
             const LaneMatrix3 P = tangent.multiply(H);
             for (int l = 0; l < lanes; ++l)
-                for (int e = 0; e < 9; ++e)
-                    result[static_cast<std::size_t>(l)](e, k) = P.entries[static_cast<std::size_t>(e)][l];
+                for (int e = 0; e < 9; ++e) result[l](e, k) = P.entries[e][l];
         }
         return result;
     }
@@ -85,7 +84,7 @@ TEST_P(EveryLaw, StretchesRebuildTheGradient) {
         const Eigen::Matrix3d rebuilt = U.lane(l) *
                                         Eigen::Vector3d(sigma[0][l], sigma[1][l], sigma[2][l]).asDiagonal() *
                                         V.lane(l).transpose();
-        EXPECT_LT((rebuilt - F[static_cast<std::size_t>(l)]).norm(), 1e-13);
+        EXPECT_LT((rebuilt - F[l]).norm(), 1e-13);
         for (const Eigen::Matrix3d& Q : {U.lane(l), V.lane(l)}) {
             EXPECT_LT((Q * Q.transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-13);
             EXPECT_GT(Q.determinant(), 0);
@@ -99,8 +98,7 @@ TEST_P(EveryLaw, StressIsTheDerivativeOfTheEnergy) {
     constexpr double h = 1e-5;
     for (int k = 0; k < 9; ++k) {
         const Lanes slope = (energies(moved(F, k, h)) - energies(moved(F, k, -h))) / (2 * h);
-        for (int l = 0; l < lanes; ++l)
-            EXPECT_NEAR(P[static_cast<std::size_t>(l)](k % 3, k / 3), slope[l], 1e-7) << l << ' ' << k;
+        for (int l = 0; l < lanes; ++l) EXPECT_NEAR(P[l](k % 3, k / 3), slope[l], 1e-7) << l << ' ' << k;
     }
 }
 

@@ -19,7 +19,7 @@ struct Couplings {
 
     Couplings() {
         for (int c = 0; c < 80; ++c) {
-            const int begin = static_cast<int>(terms.size());
+            const int begin = terms.size();
             for (int k = 0; k < 5; ++k) {
                 const int node = (7 * c + 11 * k) % 60, body = k < 2 ? 0 : 1;
                 terms.push_back({body, node, 180 * body + 3 * node, std::cos(c + 3 * k), node % 13 == 5});
@@ -50,9 +50,7 @@ Eigen::MatrixXd dense_couplings(const CouplingMatrix<B>& C, int level_rows) {
     for (int i = 0; i < C.blocks.rows(); ++i) {
         const auto columns = C.blocks.columns_of(i);
         for (std::size_t k = 0; k < columns.size(); ++k)
-            result.template block<B, B>(B * C.rows[static_cast<std::size_t>(i)],
-                                        B * C.rows[static_cast<std::size_t>(columns[k])]) =
-                C.blocks.block(i, k);
+            result.template block<B, B>(B * C.rows[i], B * C.rows[columns[k]]) = C.blocks.block(i, k);
     }
     return result;
 }
@@ -106,7 +104,7 @@ TEST(CouplingSum, AddsUpTheCouplingsThatAct) {
         EXPECT_EQ(sum.pattern() == before, step == 4) << "places of couplings that let go are kept";
         for (int node = 0; node < 120; ++node)
             if (const int row = sum.row_of(node); row >= 0) {
-                EXPECT_EQ(sum.matrix().rows[static_cast<std::size_t>(row)], node);
+                EXPECT_EQ(sum.matrix().rows[row], node);
             }
     }
 }
@@ -119,14 +117,13 @@ TEST(CouplingMatrix, BecomesThatOfTheCoarserUnknowns) {
     const CouplingMatrix<3>& C = sum.matrix();
     const BlockSparse<3, 6> P = some_prolongation(C);
     std::vector<int> rows(11);
-    for (int i = 0; i < 11; ++i) rows[static_cast<std::size_t>(i)] = 3 * i;
+    for (int i = 0; i < 11; ++i) rows[i] = 3 * i;
     const CouplingMatrix<6> coarser = coarsen(C, P, rows);
     EXPECT_EQ(coarser.rows, rows);
     Eigen::MatrixXd prolongation = Eigen::MatrixXd::Zero(360, 6 * 36);
     for (int i = 0; i < P.rows(); ++i)
         for (std::size_t k = 0; k < 3; ++k)
-            prolongation.block<3, 6>(3 * C.rows[static_cast<std::size_t>(i)], 18 * P.columns_of(i)[k]) =
-                P.block(i, k);
+            prolongation.block<3, 6>(3 * C.rows[i], 18 * P.columns_of(i)[k]) = P.block(i, k);
     const Eigen::MatrixXd expected = prolongation.transpose() * scene.dense() * prolongation;
     EXPECT_LT((dense_couplings(coarser, 36) - expected).cwiseAbs().maxCoeff(), 1e-9);
 }
@@ -138,7 +135,7 @@ TEST(CouplingMatrix, HasEnoughDampingForSweeps) {
     sum.update(scene.system());
     EXPECT_GT(least_damping(sum.matrix()), -1e-12);
     std::vector<int> rows(11);
-    for (int i = 0; i < 11; ++i) rows[static_cast<std::size_t>(i)] = i;
+    for (int i = 0; i < 11; ++i) rows[i] = i;
     EXPECT_GT(least_damping(coarsen(sum.matrix(), some_prolongation(sum.matrix()), rows)), -1e-12);
 }
 

@@ -40,12 +40,12 @@ struct Scene {
     }
     /// A spring between the middle of nodes k and k + 1 of a small body and a node of the large one.
     void connect(int body, int k) {
-        const int first = first_unknown[static_cast<std::size_t>(body)], node = 20 * k + body - 1;
+        const int first = first_unknown[body], node = 20 * k + body - 1;
         terms.push_back({0, node, 3 * node, 1, false});
         terms.push_back({body, k, first + 3 * k, -0.5, false});
         terms.push_back({body, k + 1, first + 3 * (k + 1), -0.5, false});
         const Eigen::Vector3d n = Eigen::Vector3d(std::sin(k), std::cos(k), 0.3).normalized();
-        const int end = static_cast<int>(terms.size());
+        const int end = terms.size();
         couplings.push_back({end - 3, end, 100 * n * n.transpose()});
     }
     CoupledSystem system() const { return {systems, first_unknown, terms, couplings}; }
@@ -180,7 +180,7 @@ TEST(MultilevelCycle, FollowsOnceAFifthOfTheCouplingsAreOthersOrOfOtherStrength)
     const Scene scene;
     const auto after = [&](int changed, double factor) {
         Scene other = scene;
-        for (int c = 0; c < changed; ++c) other.couplings[static_cast<std::size_t>(c)].A *= factor;
+        for (int c = 0; c < changed; ++c) other.couplings[c].A *= factor;
         CoupledCycle updated(scene), fresh(other);
         updated.update(other.system());
         const Eigen::VectorXf r = irregular(scene.system().size(), 0.6);
@@ -246,8 +246,7 @@ TEST(MultilevelCycle, SolvesTinyBodiesInShortSteps) {
 TEST(RestHierarchies, ABodyAtThePlaceOfOneThatIsGoneHasItsOwn) {
     RestHierarchies hierarchies;
     const auto of = [&](const ElasticBody& body) {
-        return hierarchies.get(body, 1, 1e-4,
-                               std::vector<char>(static_cast<std::size_t>(body.node_count()), 0));
+        return hierarchies.get(body, 1, 1e-4, std::vector<char>(body.node_count(), 0));
     };
     const TetMesh box = test::box_mesh({1, 0.4, 0.4}, {5, 2, 2});
     std::optional<ElasticBody> place;

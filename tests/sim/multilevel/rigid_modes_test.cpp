@@ -29,10 +29,10 @@ TEST(Aggregates, CoverAllRowsThatHaveNeighbours) {
     const auto rows = grid(20);
     const Aggregates aggregates = aggregate(rows);
     EXPECT_EQ(aggregates.of.back(), -1);
-    std::vector<int> sizes(static_cast<std::size_t>(aggregates.count), 0);
+    std::vector<int> sizes(aggregates.count, 0);
     for (std::size_t i = 0; i + 1 < rows.size(); ++i) {
         ASSERT_GE(aggregates.of[i], 0);
-        ++sizes[static_cast<std::size_t>(aggregates.of[i])];
+        ++sizes[aggregates.of[i]];
     }
     for (const int size : sizes) EXPECT_GE(size, 4);
     EXPECT_GT(aggregates.count, 20);
@@ -41,10 +41,10 @@ TEST(Aggregates, CoverAllRowsThatHaveNeighbours) {
 
 TEST(Tentative, HoldsEveryRigidMotionInOrthonormalColumns) {
     const TetMesh mesh = test::box_mesh({2, 0.4, 0.4}, {12, 3, 3});
-    std::vector<std::vector<int>> rows(static_cast<std::size_t>(mesh.X.rows()));
+    std::vector<std::vector<int>> rows(mesh.X.rows());
     for (Eigen::Index t = 0; t < mesh.T.rows(); ++t)
         for (int a = 0; a < 4; ++a)
-            for (int b = 0; b < 4; ++b) rows[static_cast<std::size_t>(mesh.T(t, a))].push_back(mesh.T(t, b));
+            for (int b = 0; b < 4; ++b) rows[mesh.T(t, a)].push_back(mesh.T(t, b));
     for (auto& row : rows) {
         const std::set<int> different(row.begin(), row.end());
         row.assign(different.begin(), different.end());
@@ -53,11 +53,10 @@ TEST(Tentative, HoldsEveryRigidMotionInOrthonormalColumns) {
     const RigidModes<3> modes = rigid_modes(mesh.X);
     const Tentative<3> coarse = tentative(aggregates, modes);
     ASSERT_GT(aggregates.count, 5);
-    std::vector<Eigen::Matrix<double, 6, 6>> gram(static_cast<std::size_t>(aggregates.count),
-                                                  Eigen::Matrix<double, 6, 6>::Zero());
+    std::vector<Eigen::Matrix<double, 6, 6>> gram(aggregates.count, Eigen::Matrix<double, 6, 6>::Zero());
     for (std::size_t i = 0; i < modes.size(); ++i) {
-        const auto a = static_cast<std::size_t>(aggregates.of[i]);
-        const auto& P = coarse.P.block(static_cast<int>(i), 0);
+        const std::size_t a = aggregates.of[i];
+        const auto& P = coarse.P.block(i, 0);
         EXPECT_LT((P * coarse.modes[a] - modes[i]).norm(), 1e-12);
         gram[a] += P.transpose() * P;
     }

@@ -70,12 +70,12 @@ TEST(CoupledSolver, ConvergesWithCouplingsAtMostNodes) {
     TwistedBars scene(0.5);
     for (int k = 0; k < scene.body.node_count(); k += 3) {
         scene.terms.push_back({1, k, scene.first_unknown[1] + 3 * k, 1, false});
-        const int end = static_cast<int>(scene.terms.size());
+        const int end = scene.terms.size();
         scene.couplings.push_back({end - 1, end, Eigen::Matrix3d::Identity()});
     }
     for (int k = 100; k < scene.body.node_count(); k += 3) {
         scene.terms.push_back({0, k, 3 * k, 1, false});
-        const int end = static_cast<int>(scene.terms.size());
+        const int end = scene.terms.size();
         scene.couplings.push_back({end - 1, end, Eigen::Matrix3d::Identity()});
     }
     LinearSolveReport report;
@@ -146,7 +146,7 @@ TEST(CoupledSolver, SolvesWhereContactsCoupleAllNodes) {
     TwistedBars scene(0);
     const int nodes = scene.first_unknown[1] / 3;
     for (int k = 0; k < nodes; ++k) {
-        const int begin = static_cast<int>(scene.terms.size());
+        const int begin = scene.terms.size();
         scene.terms.push_back({0, k, 3 * k, 1, scene.systems[0].is_prescribed(k)});
         scene.terms.push_back({1, k, scene.first_unknown[1] + 3 * k, -1, false});
         scene.couplings.push_back({begin, begin + 2, Eigen::Matrix3d::Identity()});

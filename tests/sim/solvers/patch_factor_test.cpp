@@ -11,7 +11,7 @@ namespace {
 
 /// The nodes of couplings `first` on.
 std::vector<char> coupled_nodes(const CoupledSystem& system, std::size_t first) {
-    std::vector<char> inside(static_cast<std::size_t>(system.node_count()), 0);
+    std::vector<char> inside(system.node_count(), 0);
     for (std::size_t c = first; c < system.couplings.size(); ++c)
         for (const CouplingTerm& term : system.terms_of(system.couplings[c]))
             inside[static_cast<std::size_t>(term.unknown / 3)] = 1;
@@ -38,7 +38,7 @@ void expect_cleared(PatchFactor& patch, const test::TwistedBars& scene, const Co
     system.multiply(v, product);
     EXPECT_LT((r - (scene.b - product)).norm(), 1e-5 * before);  // matrices are in single precision
     for (Eigen::Index i = 0; i < system.node_count(); ++i)
-        EXPECT_TRUE(!inside[static_cast<std::size_t>(i)] || r.segment<3>(3 * i).isZero(0)) << i;
+        EXPECT_TRUE(!inside[i] || r.segment<3>(3 * i).isZero(0)) << i;
 }
 
 TEST(PatchFactor, ClearsTheResidualOnItsNodes) {

@@ -32,8 +32,7 @@ struct TwistedBars {
                 state.x.row(k) = (R * (X - Eigen::Vector3d(1, 0.2, 0.2))).transpose();
                 state.v(k, 1) = std::sin(3 * X[0]);
             }
-            systems[static_cast<std::size_t>(i)].assemble(state, dt,
-                                                          {.gravity = {0, 0, -9.81}, .forces = {}});
+            systems[i].assemble(state, dt, {.gravity = {0, 0, -9.81}, .forces = {}});
             first_unknown.push_back(first_unknown.back() + body.unknown_count());
         }
         systems[0].prescribe({.nodes = {0, 1, 2, 3, 4, 5}, .v = Nodes::Constant(6, 3, 0.1)});
@@ -41,7 +40,7 @@ struct TwistedBars {
             Coupling coupling{.begin = static_cast<int>(terms.size())};
             terms.push_back({0, k, 3 * k, 1, systems[0].is_prescribed(k)});
             terms.push_back({1, k + 1, first_unknown[1] + 3 * (k + 1), -1, false});
-            coupling.end = static_cast<int>(terms.size());
+            coupling.end = terms.size();
             const Eigen::Vector3d n = Eigen::Vector3d(std::sin(k), std::cos(k), 0.3).normalized();
             coupling.A = stiffness * n * n.transpose();
             couplings.push_back(coupling);

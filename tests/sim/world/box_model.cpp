@@ -11,7 +11,7 @@ Model::Model(const Eigen::Vector3d& size, const Eigen::Vector3i& cells, double y
     : body(box_body(size, cells, {.young = young})) {
     elastic = std::make_shared<const ElasticBody>(body.tets, body.material);
     CollisionTree exact;
-    exact.vertex_count = static_cast<int>(body.surface.X.rows());
+    exact.vertex_count = body.surface.X.rows();
     exact.faces = body.surface.F;
     exact.spheres = build_sphere_tree(body.surface.X.cast<float>(), body.surface.F);
     tree = std::make_shared<const CollisionTree>(exact);

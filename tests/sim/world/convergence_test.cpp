@@ -13,7 +13,7 @@ namespace {
 
 // Least-squares slope of log(error) over log(size).
 double observed_order(const std::vector<double>& size, const std::vector<double>& error) {
-    const Eigen::Index n = static_cast<Eigen::Index>(size.size());
+    const Eigen::Index n = size.size();
     Eigen::ArrayXd x = Eigen::Map<const Eigen::ArrayXd>(size.data(), n).log();
     Eigen::ArrayXd y = Eigen::Map<const Eigen::ArrayXd>(error.data(), n).log();
     x -= x.mean();
@@ -84,9 +84,9 @@ Errors errors_on_box(int cells) {
     });
     const auto boundary =
         test::nodes_where(X, [](const auto& p) { return p.minCoeff() < 1e-9 || p.maxCoeff() > 1 - 1e-9; });
-    Nodes held(static_cast<Eigen::Index>(boundary.size()), 3);
+    Nodes held(boundary.size(), 3);
     for (Eigen::Index i = 0; i < held.rows(); ++i)
-        held.row(i) = known.displacement(X.row(boundary[static_cast<std::size_t>(i)])).transpose();
+        held.row(i) = known.displacement(X.row(boundary[i])).transpose();
     const Nodes u = test::static_displacements(body, boundary, loads, held);
 
     Errors errors;

@@ -320,7 +320,7 @@ TEST(IntersectionFree, ABodyThatTouchesItselfAtRestIsRefused) {
     std::vector<Eigen::Triplet<double>> weights;
     for (Eigen::Index v = 0; v < body.W.rows(); ++v)
         for (Embedding::InnerIterator entry(body.W, v == body.F(0, 1) ? body.F(0, 0) : v); entry; ++entry)
-            weights.emplace_back(static_cast<int>(v), static_cast<int>(entry.col()), entry.value());
+            weights.emplace_back(v, entry.col(), entry.value());
     body.W.setFromTriplets(weights.begin(), weights.end());
     body.tree = nullptr;
     world.add_body(std::move(body));

@@ -153,7 +153,7 @@ int clap(const Body& body, const std::shared_ptr<const CollisionTree>& tree, boo
         EXPECT_EQ(world.step(2e-3).failure, "");
         most = std::max(most, world.intersecting_faces().size());
     }
-    return static_cast<int>(most);
+    return most;
 }
 
 TEST_F(Hairpin, ArmsThatClapDoNotPassEachOther) {

@@ -123,7 +123,7 @@ class MadeUpBound {
     BoundScores scores(int trajectories, int poses, unsigned seed) const {
         std::mt19937 random(seed);
         std::normal_distribution<float> normal;
-        const auto nodes = static_cast<Eigen::Index>(tree_.nodes.size());
+        const Eigen::Index nodes = tree_.nodes.size();
         BoundScores scores{
             {}, PoseRows(trajectories * poses, nodes), PoseRows(trajectories * poses, gated_ ? nodes : 0)};
         for (int t = 0; t < trajectories; ++t) {
@@ -131,7 +131,7 @@ class MadeUpBound {
             float phase = normal(random);
             for (int p = 0; p < poses; ++p) {
                 phase = 0.95f * phase + 0.3f * normal(random);
-                const auto row = static_cast<Eigen::Index>(scores.trajectories.size());
+                const Eigen::Index row = scores.trajectories.size();
                 scores.trajectories.push_back(t);
                 for (Eigen::Index i = 0; i < nodes; ++i) {
                     const float ood_score = severity * std::abs(phase + 0.2f * normal(random));
@@ -158,18 +158,16 @@ TEST(Calibration, KeepsTheStatedMissRateAsOftenAsTheoryPredicts) {
         int kept = 0;
         for (int repetition = 0; repetition < repetitions; ++repetition) {
             // Trajectories are independent, so fresh draws act as random splits of an infinite pool.
-            const BoundScores pool =
-                bound.scores(calibration_count + test_count, poses, static_cast<unsigned>(repetition));
+            const BoundScores pool = bound.scores(calibration_count + test_count, poses, repetition);
             TrajectoryScores trajectories(calibration_count + test_count);
             for (Eigen::Index p = 0; p < pool.excess.rows(); ++p) {
-                auto& trajectory =
-                    trajectories[static_cast<std::size_t>(pool.trajectories[static_cast<std::size_t>(p)])];
+                auto& trajectory = trajectories[pool.trajectories[p]];
                 trajectory.insert(trajectory.end(), pool.excess.row(p).begin(), pool.excess.row(p).end());
             }
             const TrajectoryScores known(trajectories.begin(), trajectories.begin() + calibration_count);
             const float level = confident_level(known, 0.01, confidence);
             for (int t = calibration_count; t < calibration_count + test_count; ++t)
-                kept += rate_above(trajectories[static_cast<std::size_t>(t)], level) <= 0.01;
+                kept += rate_above(trajectories[t], level) <= 0.01;
         }
         // The expectation is exactly ceil(20 c) / 20, since levels have no ties. The tests of one split share
         // its calibration, which has Beta(k, 20 - k) distributed coverage.
@@ -218,7 +216,7 @@ TEST(Calibration, TakesEachNodesScaleAndLimitFromTheShapeScores) {
     EXPECT_EQ(calibration.trajectories, 30);
     EXPECT_EQ(calibration.poses, 600);
     for (std::size_t i = 0; i < calibration.limits.size(); ++i) {
-        const auto ood_score = shape.ood_score.col(static_cast<Eigen::Index>(i)).array();
+        const auto ood_score = shape.ood_score.col(i).array();
         EXPECT_EQ((ood_score > calibration.limits[i]).count(), 30);  // of 600
         EXPECT_EQ((ood_score >= calibration.limits[i]).count(), 31);
     }

@@ -30,7 +30,7 @@ TEST_F(CoordinateSpread, WhitensTheCoordinatesOfTheTrainingPoses) {
     fit_coordinate_spread(scaled_coordinates(source, frames, model), model);
     ASSERT_EQ(model.z_mean.size(), 6);
 
-    Eigen::MatrixXd z(static_cast<Eigen::Index>(frames.size()), 6);
+    Eigen::MatrixXd z(frames.size(), 6);
     ModalCoordinatesScratch scratch;
     Eigen::VectorXf of_pose(6);
     Vertices nodes, x;
@@ -38,8 +38,7 @@ TEST_F(CoordinateSpread, WhitensTheCoordinatesOfTheTrainingPoses) {
         data.read(frames[i].trajectory, frames[i].frame, 1, nodes);
         apply_embedding(bar.body.W, nodes, x);
         modal_coordinates(model.modes, x, scratch, of_pose);
-        z.row(static_cast<Eigen::Index>(i)) =
-            (of_pose - model.z_centre).cwiseProduct(model.z_scale).cast<double>().transpose();
+        z.row(i) = (of_pose - model.z_centre).cwiseProduct(model.z_scale).cast<double>().transpose();
     }
     const Eigen::VectorXd mean = z.colwise().mean().transpose();
     EXPECT_LT((mean - model.z_mean.cast<double>()).norm(), 1e-6 * (1 + mean.norm()));

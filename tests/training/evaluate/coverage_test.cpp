@@ -96,7 +96,7 @@ TEST_F(Coverage, OfBoxesAgreesWithADirectCount) {
     for_each_pose(posed, [&](const Vertices& x) {
         for (int c = 0; c < wide.clusters(); ++c) {
             const Box box = posed.cluster(c);
-            const auto of = static_cast<std::size_t>(c);
+            const std::size_t of = c;
             long of_cluster = 0;
             for (int leaf = tree_width * wide.first_block[of]; leaf < tree_width * wide.first_block[of + 1];
                  ++leaf)

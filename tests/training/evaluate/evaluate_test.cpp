@@ -85,7 +85,7 @@ TEST_F(Evaluate, NamesBothSetsAndCountsPosesNodesAndVertices) {
     const auto& split = tree->facts.split;
     for (const auto& [name, set] : {std::pair("random frames", FrameSet::random_test),
                                     std::pair("held-out trajectories", FrameSet::held_out)}) {
-        const auto poses = static_cast<long>(frames_of(data, split, set).size());
+        const long poses = frames_of(data, split, set).size();
         ASSERT_GT(poses, 0);
         const EvaluationRow& r = find(rows, name, BoundKind::nbd, 3, 0.02);
         EXPECT_EQ(r.poses, poses);
@@ -118,7 +118,7 @@ TEST_F(Evaluate, KeepsTheSplitForPartOfARemappedRecording) {
     ASSERT_EQ(sets.back().frames.size(), 5u);
     const RecordingReader remapped(folder / "remapped.h5");
     for (const FrameId& frame : sets.back().frames)
-        EXPECT_EQ(remapped.trajectories()[static_cast<std::size_t>(frame.trajectory)].id, held_out);
+        EXPECT_EQ(remapped.trajectories()[frame.trajectory].id, held_out);
     const auto foreign = copy("foreign.h5", std::string(64, '0'));
     ASSERT_EQ(foreign.size(), 1u);
     EXPECT_EQ(foreign[0].name, "other recording");
@@ -184,8 +184,7 @@ TEST_F(Evaluate, LeavesOutTrajectoriesThatTheTreeHasSeenInOtherFiles) {
                                "them: " +
                                number);
         for (const FrameId& frame : sets[0].frames)
-            EXPECT_NE(std::to_string(copied.trajectories()[static_cast<std::size_t>(frame.trajectory)].id),
-                      number);
+            EXPECT_NE(std::to_string(copied.trajectories()[frame.trajectory].id), number);
     }
     // A tree of an earlier release does not know.
     TreeFile old = *tree;

@@ -27,8 +27,8 @@ void write_recording(const std::filesystem::path& path, int first, int end, cons
         const int handle = file.begin_trajectory({id, 7, std::string(64, 'b'), "{}", "", 0}, 5);
         for (int frame = 0; frame < frames; ++frame) file.add_frame(handle, frame, frame_of(id, frame));
         file.end_trajectory(handle, id == 3 || id == 4 ? "it burst" : "",
-                            {.contacts = std::vector<std::int32_t>(static_cast<std::size_t>(frames), id),
-                             .troubled = std::vector<std::int32_t>(static_cast<std::size_t>(frames), id % 2),
+                            {.contacts = std::vector<std::int32_t>(frames, id),
+                             .troubled = std::vector<std::int32_t>(frames, id % 2),
                              .self_intersections = {}});
     }
     file.finish();
@@ -157,7 +157,7 @@ TEST_F(DatasetView, RefersToTheExtrasOfItsShards) {
         const auto extras = view.read_extras(id, 0, 3);
         for (int frame = 0; frame < 3; ++frame) {
             const FrameExtras expected = extras_of(id, frame);
-            const FrameExtras& found = extras[static_cast<std::size_t>(frame)];
+            const FrameExtras& found = extras[frame];
             for (const FrameFieldName& field : frame_fields)
                 EXPECT_EQ(found.fields[field.field], expected.fields[field.field]) << field.name;
             EXPECT_EQ(found.contact_edges, expected.contact_edges);

@@ -107,7 +107,7 @@ TEST_F(FlatTree, RoundTripsAllModelsBitForBit) {
             const Vertices x = Vertices::Random(tree.vertex_count, 3);
             a.begin_pose(x);
             b.begin_pose(x);
-            for (int i = 0; i < static_cast<int>(tree.spheres.nodes.size()); ++i) {
+            for (int i = 0; i < std::ssize(tree.spheres.nodes); ++i) {
                 EXPECT_EQ(a.sphere(i).c, b.sphere(i).c) << name(kind) << " of node " << i;
                 EXPECT_EQ(a.sphere(i).r, b.sphere(i).r) << name(kind) << " of node " << i;
             }
@@ -190,8 +190,8 @@ TEST_F(FlatTree, RejectsTheNodesOfAnotherSurface) {
     CollisionTree tree = hung_tree();
     const Bytes file = write_flat_tree(tree);
     const test::HungSurface other = test::hung_on_tets(shapes::sphere(6, 6), 2);
-    tree.affine = std::make_shared<const AffineModel>(
-        other.surface.F, static_cast<int>(other.surface.X.rows()), other.W, other.rest);
+    tree.affine =
+        std::make_shared<const AffineModel>(other.surface.F, other.surface.X.rows(), other.W, other.rest);
     EXPECT_NE(test::refusal([&] { write_flat_tree(tree); }), "");
     EXPECT_EQ(error_with(file, "surface/vertex_count", 0, tree.vertex_count + 1),
               "the embedding has " + std::to_string(tree.vertex_count) +

@@ -31,17 +31,17 @@ TEST_F(FrameStream, VisitsEveryListedFrameOnceWithItsSurface) {
     std::set<const float*> buffers;
     std::mutex lock;
     for_each_frame(bar.body, data, frames, [&](int slot, int index, VerticesRef x) {
-        EXPECT_EQ(busy[static_cast<std::size_t>(slot)]++, 0);
-        const FrameId id = frames[static_cast<std::size_t>(index)];
+        EXPECT_EQ(busy[slot]++, 0);
+        const FrameId id = frames[index];
         Vertices expected;
         apply_embedding(bar.body.W, bar.frame(7, id.trajectory, id.frame), expected);
         EXPECT_EQ(Vertices(x), expected) << "frame " << index;
-        ++visits[static_cast<std::size_t>(index)];
+        ++visits[index];
         {
             const std::lock_guard guard(lock);
             buffers.insert(x.data());
         }
-        --busy[static_cast<std::size_t>(slot)];
+        --busy[slot];
     });
     for (std::size_t i = 0; i < visits.size(); ++i) EXPECT_EQ(visits[i], 1) << "frame " << i;
     // However many frames there are, memory holds no more surfaces than slots.
@@ -77,8 +77,8 @@ struct Pass {
 Pass pass(FrameSource& source, std::span<const FrameId> frames) {
     Pass seen{std::vector<Vertices>(frames.size()), std::vector<int>(frames.size())};
     source.for_each_frame(frames, [&](int slot, int index, VerticesRef x) {
-        seen.x[static_cast<std::size_t>(index)] = x;
-        seen.slots[static_cast<std::size_t>(index)] = slot;
+        seen.x[index] = x;
+        seen.slots[index] = slot;
     });
     return seen;
 }
@@ -114,8 +114,8 @@ TEST_F(FrameSourceTest, GivesTheSamePassesWhateverItHasRoomFor) {
                 EXPECT_EQ(source.kept_bytes(), std::min(room / of_frame, all.size()) * of_frame) << room;
                 const auto read = data.frames_read();
                 source.for_each_pose(some, [&](int, int index, VerticesRef x, VerticesRef at) {
-                    const FrameId id = some[static_cast<std::size_t>(index)];
-                    EXPECT_EQ(Vertices(x), few.x[static_cast<std::size_t>(index)]);
+                    const FrameId id = some[index];
+                    EXPECT_EQ(Vertices(x), few.x[index]);
                     EXPECT_EQ(Vertices(at), fine.frame(7, id.trajectory, id.frame));
                 });
                 if (room == 300 * nodes && bar == &fine) {

@@ -93,7 +93,7 @@ TEST_F(RecordingFile, RoundTripsExtrasOfTrajectoriesThatHaveThem) {
     ASSERT_EQ(all.size(), 5u);
     EXPECT_EQ(all[4].contact_edges.size(), 5u);
     for (int frame = 0; frame < 5; ++frame)
-        EXPECT_EQ(all[static_cast<std::size_t>(frame)].contact_edges, extras_of(frame).contact_edges);
+        EXPECT_EQ(all[frame].contact_edges, extras_of(frame).contact_edges);
     EXPECT_EQ(file.read_contact_edges(0, 2, 1).front(), extras_of(2).contact_edges);
     EXPECT_EQ(error_of([&] { file.read_field(1, FrameField::contact_forces, 0, 1, x); }),
               path.string() + ": trajectory 1 has no contact_forces");
@@ -119,9 +119,7 @@ TEST_F(RecordingFile, StoresTheRecipeOfTheBodiesOfASceneOnce) {
     EXPECT_EQ(link(1), "/" + trajectory_group(0) + "/recipe");
     EXPECT_EQ(link(3), "/" + trajectory_group(2) + "/recipe");
     const RecordingReader file(path);
-    const auto recipe = [&](int id) -> const std::string& {
-        return file.trajectories()[static_cast<std::size_t>(id)].recipe;
-    };
+    const auto recipe = [&](int id) -> const std::string& { return file.trajectories()[id].recipe; };
     for (int id = 0; const std::string& expected : recipes) EXPECT_EQ(recipe(id++), expected);
     EXPECT_EQ(&recipe(0), &recipe(1)) << "equal recipes share their memory";
 }
@@ -171,7 +169,7 @@ TEST_F(RecordingFile, RoundTripsEveryFrameBitForBit) {
     const RecordingReader file(path);
     ASSERT_EQ(file.trajectories().size(), 3u);
     for (int id = 0; id < 3; ++id) {
-        const TrajectoryInfo& info = file.trajectories()[static_cast<std::size_t>(id)];
+        const TrajectoryInfo& info = file.trajectories()[id];
         EXPECT_EQ(info.id, id);
         EXPECT_EQ(info.seed, info_of(id).seed);
         EXPECT_EQ(info.body_hash, info_of(id).body_hash);

@@ -112,7 +112,7 @@ TEST(Spread, SpacesFramesEvenlyWithoutRepeats) {
     for (int i = 0; i < 100; ++i) frames.push_back({0, i});
     const auto ten = spread(frames, 10);
     ASSERT_EQ(ten.size(), 10u);
-    for (int i = 0; i < 10; ++i) EXPECT_EQ(ten[static_cast<std::size_t>(i)].frame, 10 * i);
+    for (int i = 0; i < 10; ++i) EXPECT_EQ(ten[i].frame, 10 * i);
     EXPECT_EQ(spread(frames, 1000), frames);
 }
 

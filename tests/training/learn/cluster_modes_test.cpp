@@ -41,7 +41,7 @@ TEST_F(ClusterModes, CountEveryVertexOnceAndKeepTheRowsOfU) {
     ASSERT_EQ(modes.representatives.size(), 30u);
     EXPECT_EQ(modes.w.sum(), static_cast<float>(bar.body.X.rows()));
     for (int i = 0; i < 30; ++i) {
-        const int v = modes.representatives[static_cast<std::size_t>(i)];
+        const int v = modes.representatives[i];
         EXPECT_EQ(modes.X.row(i), bar.body.X.row(v));
         const Eigen::MatrixXf rows = bar.body.U.middleRows(3 * v, 3);
         EXPECT_TRUE(modes.U.numbers().middleRows(3 * i, 3).isApprox(rows, 1e-3f));

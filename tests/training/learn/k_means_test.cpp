@@ -18,19 +18,17 @@ PointRows clouds(int groups, int each, int dimensions) {
     for (int i = 0; i < points.rows(); ++i)
         for (int d = 0; d < dimensions; ++d)
             points(i, d) = static_cast<float>(
-                100 * counter_uniform(1, static_cast<std::uint64_t>(i % groups),
-                                      static_cast<std::uint64_t>(d)) +
+                100 * counter_uniform(1, static_cast<std::uint64_t>(i % groups), d) +
                 counter_uniform(2, static_cast<std::uint64_t>(i), static_cast<std::uint64_t>(d)));
     return points;
 }
 
 double inertia_of(const PointRows& points, const Clustering& c) {
     PointRows mean = PointRows::Zero(c.sizes.size(), points.cols());
-    for (int i = 0; i < points.rows(); ++i) mean.row(c.label[static_cast<std::size_t>(i)]) += points.row(i);
+    for (int i = 0; i < points.rows(); ++i) mean.row(c.label[i]) += points.row(i);
     for (int k = 0; k < mean.rows(); ++k) mean.row(k) /= c.sizes[k];
     double sum = 0;
-    for (int i = 0; i < points.rows(); ++i)
-        sum += (points.row(i) - mean.row(c.label[static_cast<std::size_t>(i)])).squaredNorm();
+    for (int i = 0; i < points.rows(); ++i) sum += (points.row(i) - mean.row(c.label[i])).squaredNorm();
     return sum;
 }
 
@@ -42,8 +40,8 @@ TEST(KMeans, FindsSeparateClusters) {
     EXPECT_TRUE((c.sizes.array() == each).all());
     std::set<int> seen;
     for (int i = 0; i < points.rows(); ++i) {
-        EXPECT_EQ(c.label[static_cast<std::size_t>(i)], c.label[static_cast<std::size_t>(i % groups)]);
-        seen.insert(c.label[static_cast<std::size_t>(i)]);
+        EXPECT_EQ(c.label[i], c.label[i % groups]);
+        seen.insert(c.label[i]);
     }
     EXPECT_EQ(seen.size(), 9u);
     EXPECT_NEAR(c.inertia, inertia_of(points, c), 1e-3 * c.inertia);
@@ -68,11 +66,11 @@ TEST(KMeans, PicksTheMemberNearestToTheMeanAsRepresentative) {
     for (int k = 0; k < 5; ++k) {
         Eigen::RowVectorXf mean = Eigen::RowVectorXf::Zero(6);
         for (int i = 0; i < points.rows(); ++i)
-            if (c.label[static_cast<std::size_t>(i)] == k) mean += points.row(i) / c.sizes[k];
-        const int r = c.representatives[static_cast<std::size_t>(k)];
-        EXPECT_EQ(c.label[static_cast<std::size_t>(r)], k);
+            if (c.label[i] == k) mean += points.row(i) / c.sizes[k];
+        const int r = c.representatives[k];
+        EXPECT_EQ(c.label[r], k);
         for (int i = 0; i < points.rows(); ++i) {
-            if (c.label[static_cast<std::size_t>(i)] != k) continue;
+            if (c.label[i] != k) continue;
             EXPECT_LE((points.row(r) - mean).norm(), (points.row(i) - mean).norm() + 1e-4f);
         }
     }
@@ -94,7 +92,7 @@ TEST(KMeans, UsesEveryPointWhenThereAreFewerPointsThanClusters) {
     std::vector<int> representatives = c.representatives;
     std::ranges::sort(representatives);
     std::vector<int> all(12);
-    for (int i = 0; i < 12; ++i) all[static_cast<std::size_t>(i)] = i;
+    for (int i = 0; i < 12; ++i) all[i] = i;
     EXPECT_EQ(representatives, all);
     EXPECT_EQ(c.inertia, 0);
 }

@@ -67,8 +67,8 @@ TEST_F(Labels, ReproduceTheExactWorldSpheresInTheClusteredFrame) {
     const auto compare = [&](int, int index, VerticesRef x) {
         const RigidTransform align = modal_coordinates(chosen, x, scratch, z);
         EXPECT_EQ(z, labels.z.row(index).transpose());
-        for (int i = 0; i < static_cast<int>(tree.nodes.size()); ++i) {
-            const Sphere& rest = tree.rest[static_cast<std::size_t>(i)];
+        for (int i = 0; i < std::ssize(tree.nodes); ++i) {
+            const Sphere& rest = tree.rest[i];
             const Sphere exact = bounding_sphere(x, tree.node_vertices(i));
             const auto label = labels.spheres.row(index).segment<4>(4 * i);
             EXPECT_LT((align.R * (rest.c + label.head<3>().transpose()) + align.t - exact.c).norm(), 1e-5);

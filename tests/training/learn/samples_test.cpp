@@ -17,10 +17,10 @@ using test::Bar;
 
 struct Samples : testing::Test {
     Bar bar{0, 8};
-    std::vector<int> all = numbers(static_cast<int>(bar.body.X.rows()));
+    std::vector<int> all = numbers(bar.body.X.rows());
 
     static std::vector<int> numbers(int count) {
-        std::vector<int> list(static_cast<std::size_t>(count));
+        std::vector<int> list(count);
         std::iota(list.begin(), list.end(), 0);
         return list;
     }

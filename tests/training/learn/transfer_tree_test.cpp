@@ -68,9 +68,8 @@ TEST_F(TransferTree, KeepsNbdSpheres) {
         apply_embedding(fine.body.W, fine.frame(99, frame, frame), y);
         a.begin_pose(x);
         b.begin_pose(y);
-        for (int i = 0; i < static_cast<int>(before.tree.spheres.nodes.size()); ++i) {
-            const Sphere &s = a.sphere(i), &t = b.sphere(i),
-                         &rest = before.tree.spheres.rest[static_cast<std::size_t>(i)];
+        for (int i = 0; i < std::ssize(before.tree.spheres.nodes); ++i) {
+            const Sphere &s = a.sphere(i), &t = b.sphere(i), &rest = before.tree.spheres.rest[i];
             EXPECT_LT((s.c - t.c).norm(), 1e-4f * rest.r) << i;
             EXPECT_NEAR(s.r, t.r, 1e-4f * rest.r) << i;
             moved = std::max(moved, (s.c - rest.c).norm() / rest.r);

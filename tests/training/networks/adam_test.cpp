@@ -32,11 +32,9 @@ TEST(Adam, FollowsItsDefinition) {
                     std::pow(10.f, static_cast<float>(i % 7 - 3)) * std::sin(static_cast<float>(i * t));
             const double rate = t < 30 ? 5e-3 : 1e-3;
             adam.step(gradient, rate, w);
-            for (int i = 0; i < n; ++i)
-                expected[static_cast<std::size_t>(i)].step(gradient[i], t, rate, decay);
+            for (int i = 0; i < n; ++i) expected[i].step(gradient[i], t, rate, decay);
         }
-        for (int i = 0; i < n; ++i)
-            EXPECT_NEAR(w[i], expected[static_cast<std::size_t>(i)].w, 1e-5) << decay << ' ' << i;
+        for (int i = 0; i < n; ++i) EXPECT_NEAR(w[i], expected[i].w, 1e-5) << decay << ' ' << i;
     }
 }
 

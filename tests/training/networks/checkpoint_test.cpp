@@ -15,8 +15,8 @@ using Checkpoint = test::FileTest;
 std::vector<TrainedMlp> half_trained() {
     std::vector<TrainedMlp> networks(5);
     for (const int i : {1, 4})
-        networks[static_cast<std::size_t>(i)] = {Eigen::VectorXf::Constant(9, 0.1f * static_cast<float>(i)),
-                                                 0.01f * static_cast<float>(i), 10 * i};
+        networks[i] = {Eigen::VectorXf::Constant(9, 0.1f * static_cast<float>(i)),
+                       0.01f * static_cast<float>(i), 10 * i};
     return networks;
 }
 

@@ -61,7 +61,7 @@ TEST(MlpTrainer, LearnsAKnownFunctionAndGeneralises) {
     EXPECT_LT(network->loss, 1e-3);
 
     const PoseBlocks poses(fresh.inputs, Arithmetic::single, 1);
-    std::vector<int> blocks(static_cast<std::size_t>(poses.blocks()));
+    std::vector<int> blocks(poses.blocks());
     std::iota(blocks.begin(), blocks.end(), 0);
     EXPECT_LT(MlpBatch(32, poses, fresh.targets, poses.blocks()).loss(network->weights, blocks), 3e-3f);
     // The targets are large enough for the bounds above to be meaningful.
@@ -72,11 +72,11 @@ TEST(MlpTrainer, LearnsAKnownFunctionAndGeneralises) {
 /// another one for each.
 Eigen::VectorXf two_epochs(const Problem& data, const MlpConfig& config, bool shuffled_anew) {
     const PoseBlocks poses(data.inputs, config.arithmetic, 1);
-    std::vector<int> order(static_cast<std::size_t>(poses.blocks()));
+    std::vector<int> order(poses.blocks());
     std::iota(order.begin(), order.end(), 0);
     MlpBatch batch(config.hidden, poses, data.targets, 1);
     Eigen::VectorXf weights = initial_weights(batch.shape(), config.seed, 0), gradient(weights.size());
-    Adam adam(static_cast<int>(weights.size()), config.weight_decay);
+    Adam adam(weights.size(), config.weight_decay);
     for (int epoch = 0; epoch < 2; ++epoch) {
         if (epoch == 0 || shuffled_anew) shuffle(order, config.seed, 0, epoch);
         for (const int block : order) {

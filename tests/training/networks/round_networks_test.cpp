@@ -26,7 +26,7 @@ TEST(RoundNetworks, RemovesTheMeanError) {
     std::srand(3);
     const PoseRows z = PoseRows::Random(poses, shape.inputs);
     const PoseRows targets = PoseRows::Random(poses, MlpShape::outputs * nodes).array() + 0.5f;
-    const std::span<const float> all(weights.data(), static_cast<std::size_t>(weights.size()));
+    const std::span<const float> all(weights.data(), weights.size());
     const NbdNetworks plain(shape.inputs, shape.hidden, all),
         centred = round_networks(shape, all, z, targets);
     for (int node = 0; node < nodes; ++node) {

@@ -49,8 +49,8 @@ double outside_slab(const OrientedBoxes& boxes, int i, const Eigen::RowVector3f&
 void expect_bounds(AffineBoxes& boxes, const Vertices& x) {
     const WideTree& tree = boxes.tree();
     for (int leaf = 0; leaf < tree.leaves(); ++leaf) {
-        if (tree.faces_in[static_cast<std::size_t>(leaf)] == 0) continue;
-        const int block = leaf / tree_width, cluster = tree.cluster_of[static_cast<std::size_t>(block)];
+        if (tree.faces_in[leaf] == 0) continue;
+        const int block = leaf / tree_width, cluster = tree.cluster_of[block];
         const Box of_cluster = boxes.cluster_boxes()[cluster / tree_width].box(cluster % tree_width);
         const Box of_block = boxes.blocks(cluster).boxes.box(block - boxes.first_block(cluster));
         const AffineBoxes::Children& leaves = boxes.leaves(block);
@@ -103,7 +103,7 @@ TEST(AffineBoxes, ContainSurfacesWhoseClustersListTheNodesOfTheirBlocks) {
             expect_bounds(boxes, x);
             boxes.begin_step(start, end);
             for (int block = 0; block < model->tree().blocks(); ++block) {
-                const int cluster = model->tree().cluster_of[static_cast<std::size_t>(block)];
+                const int cluster = model->tree().cluster_of[block];
                 const Box box = boxes.blocks(cluster).boxes.box(block - boxes.first_block(cluster));
                 for (const int v : model->tree().block_vertices(block)) {
                     ASSERT_LE(outside(box, x.row(v)), 0) << "block " << block << ", start";
@@ -159,8 +159,8 @@ TEST(AffineBoxes, FromNodesAreTightWhereTheMotionIsAffine) {
     boxes.begin_pose(nodes);
     double sizes = 0, exact_sizes = 0;
     for (int block = 0; block < tree.blocks(); ++block) {
-        boxes.blocks(tree.cluster_of[static_cast<std::size_t>(block)]);
-        for (int k = 0; k < tree.leaves_in[static_cast<std::size_t>(block)]; ++k) {
+        boxes.blocks(tree.cluster_of[block]);
+        for (int k = 0; k < tree.leaves_in[block]; ++k) {
             const Box own = boxes.leaves(block).boxes.box(k),
                       least = bounding_box(Positions(x), tree.leaf_vertices(tree_width * block + k));
             sizes += (own.hi - own.lo).sum();
@@ -222,7 +222,7 @@ TEST(AffineModel, IsMadeAgainFromItsWeightsAndRestNodes) {
         a.begin_pose(nodes);
         b.begin_pose(nodes);
         for (int block = 0; block < first->tree().blocks(); ++block) {
-            const int cluster = first->tree().cluster_of[static_cast<std::size_t>(block)];
+            const int cluster = first->tree().cluster_of[block];
             EXPECT_EQ(std::memcmp(&a.blocks(cluster).boxes, &b.blocks(cluster).boxes, sizeof(BoxPack)), 0);
             EXPECT_EQ(std::memcmp(&a.leaves(block).boxes, &b.leaves(block).boxes, sizeof(BoxPack)), 0);
         }

@@ -31,7 +31,7 @@ struct Torus {
         return std::make_shared<const CollisionTree>(std::move(with_model));
     }
     NodeMargins margins(float margin, std::vector<float> limits = {}) const {
-        return {std::vector<float>(static_cast<std::size_t>(model->bounds()), margin), std::move(limits)};
+        return {std::vector<float>(model->bounds(), margin), std::move(limits)};
     }
     AffineBoxes boxes(NodeMargins margins) const {
         return AffineBoxes(tree.boxes, LearnedAffineBoxes(model, std::move(margins)));
@@ -67,12 +67,10 @@ Fit fit_of_children(AffineBoxes& boxes, VerticesRef x) {
     Fit fit;
     for (int c = 0; c < tree.clusters(); ++c)
         for (int k = 0; k < tree.blocks_in(c); ++k)
-            fit.add(
-                boxes.blocks(c).boxes.box(k),
-                exact.blocks[static_cast<std::size_t>(tree.first_block[static_cast<std::size_t>(c)] + k)]);
+            fit.add(boxes.blocks(c).boxes.box(k), exact.blocks[tree.first_block[c] + k]);
     for (int b = 0; b < tree.blocks(); ++b)
-        for (int k = 0; k < tree.leaves_in[static_cast<std::size_t>(b)]; ++k)
-            fit.add(boxes.leaves(b).boxes.box(k), exact.leaves[static_cast<std::size_t>(tree_width * b + k)]);
+        for (int k = 0; k < tree.leaves_in[b]; ++k)
+            fit.add(boxes.leaves(b).boxes.box(k), exact.leaves[tree_width * b + k]);
     return fit;
 }
 
@@ -94,10 +92,10 @@ TEST(LearnedAffine, HoldsItsVerticesInAffinePosesWithoutAMargin) {
     double sum = 0, largest = 0;
     int count = 0;
     for (int b = 0; b < torus.wide().blocks(); ++b)
-        for (int k = 0; k < torus.wide().leaves_in[static_cast<std::size_t>(b)]; ++k) {
+        for (int k = 0; k < torus.wide().leaves_in[b]; ++k) {
             const auto diagonal = [](const Box& box) { return double{(box.hi - box.lo).matrix().norm()}; };
-            const double ratio = diagonal(boxes.leaves(b).boxes.box(k)) /
-                                 diagonal(exact.leaves[static_cast<std::size_t>(tree_width * b + k)]);
+            const double ratio =
+                diagonal(boxes.leaves(b).boxes.box(k)) / diagonal(exact.leaves[tree_width * b + k]);
             sum += ratio;
             largest = std::max(largest, ratio);
             ++count;
@@ -126,7 +124,7 @@ TEST(LearnedAffine, GrowsByMarginsInResiduals) {
 TEST(LearnedAffine, TakesExactBoxesOutOfRange) {
     const Torus torus;
     const Vertices x = torus.bent(0.2f, 1);
-    const auto bounds = static_cast<std::size_t>(torus.model->bounds());
+    const std::size_t bounds = torus.model->bounds();
     AffineBoxes boxes = torus.boxes(torus.margins(0, std::vector<float>(bounds, 0.f)));
     AffineBoxes exact(torus.tree.boxes);
     boxes.begin_pose(x);
@@ -147,7 +145,7 @@ TEST(LearnedAffine, TakesExactBoxesOutOfRange) {
 
 TEST(LearnedAffine, AreNotReadInAStep) {
     const Torus torus;
-    const auto bounds = static_cast<std::size_t>(torus.model->bounds());
+    const std::size_t bounds = torus.model->bounds();
     AffineBoxes boxes = torus.boxes(torus.margins(0, std::vector<float>(bounds, 0.f)));
     const Vertices x = torus.bent(0.2f, 1), y = torus.bent(0.3f, 1),
                    broken = Vertices::Constant(x.rows(), 3, std::numeric_limits<float>::quiet_NaN());
@@ -161,7 +159,7 @@ TEST(LearnedAffine, AreNotReadInAStep) {
 
 TEST(LearnedAffine, PosesThatAreNotFiniteAreOutOfRange) {
     const Torus torus;
-    const auto bounds = static_cast<std::size_t>(torus.model->bounds());
+    const std::size_t bounds = torus.model->bounds();
     AffineBoxes boxes = torus.boxes(torus.margins(0, std::vector<float>(bounds, 1e6f)));
     const Vertices x = Vertices::Constant(torus.s.X.rows(), 3, std::numeric_limits<float>::quiet_NaN());
     boxes.begin_pose(x);
@@ -211,7 +209,7 @@ TEST(LearnedAffine, GiveTheSameAnswersInAllForms) {
         for (int c = 0; c < torus.wide().clusters(); ++c) all.push_back(boxes.blocks(c).boxes);
         if (first.empty()) first = all;
         for (std::size_t i = 0; i < all.size(); ++i)
-            for (int k = 0; k < torus.wide().blocks_in(static_cast<int>(i)); ++k)
+            for (int k = 0; k < torus.wide().blocks_in(i); ++k)
                 for (int axis = 0; axis < 3; ++axis) {
                     EXPECT_EQ(all[i].lo[axis][k], first[i].lo[axis][k]) << name(set);
                     EXPECT_EQ(all[i].hi[axis][k], first[i].hi[axis][k]) << name(set);

@@ -19,17 +19,15 @@ int leaves_of(const WideTree& tree, const Faces& F) {
     std::vector<int> seen;
     int leaves = 0;
     for (int leaf = 0; leaf < tree.leaves(); ++leaf) {
-        const int count = tree.faces_in[static_cast<std::size_t>(leaf)];
+        const int count = tree.faces_in[leaf];
         leaves += count > 0;
         for (int k = 0; k < tree_width; ++k) {
-            const int face = tree.faces[static_cast<std::size_t>(tree_width * leaf + k)];
+            const int face = tree.faces[tree_width * leaf + k];
             EXPECT_EQ(face >= 0, k < count);
             if (k >= count) continue;
             seen.push_back(face);
             for (int c = 0; c < 3; ++c)
-                EXPECT_EQ(tree.leaf_vertices(leaf)[tree.corners[static_cast<std::size_t>(
-                              leaf)][static_cast<std::size_t>(tree_width * c + k)]],
-                          F(face, c));
+                EXPECT_EQ(tree.leaf_vertices(leaf)[tree.corners[leaf][tree_width * c + k]], F(face, c));
         }
     }
     std::ranges::sort(seen);
@@ -43,9 +41,9 @@ TEST(WideTree, HoldsEveryFaceOnce) {
         const WideTree full = build_wide_tree(X, F);
         EXPECT_LE(leaves_of(full, F), (F.rows() * 9 / 8 + 15) / 16 + 1) << "leaves are not full";
         const std::vector<int> order = build_sphere_tree(X, F, {}).faces;
-        const WideTree halved = build_wide_tree(order, F, static_cast<int>(X.rows()));
+        const WideTree halved = build_wide_tree(order, F, X.rows());
         EXPECT_LE(leaves_of(halved, F), F.rows() / 8) << "leaves are not half full";
-        EXPECT_TRUE(is_over(halved, static_cast<int>(X.rows()), F));
+        EXPECT_TRUE(is_over(halved, X.rows(), F));
     }
 }
 
@@ -57,8 +55,7 @@ TEST(WideTree, IsTheTreeOfEarlierFiles) {
         return of(tree.faces) ^ of(tree.first_block) ^ of(tree.vertices);
     };
     EXPECT_EQ(hash(build_wide_tree(X, F)), 0x16156b256ecea6a4u);
-    EXPECT_EQ(hash(build_wide_tree(build_sphere_tree(X, F, {}).faces, F, static_cast<int>(X.rows()))),
-              0xd2c191cfcf9cdaa2u);
+    EXPECT_EQ(hash(build_wide_tree(build_sphere_tree(X, F, {}).faces, F, X.rows())), 0xd2c191cfcf9cdaa2u);
 }
 
 TEST(WideTree, RefusesSurfacesThatAreNone) {
