@@ -116,9 +116,8 @@ void SimulationOutputs::add_to_recording(const SimulationFrame& frame) {
         recording_.add_frame(handles_[b], frame.world.time, nodes[b], extras);
         watches_[b].see(nodes[b]);
     }
-    troubled_.push_back(static_cast<std::int32_t>(
-        std::ranges::count_if(frame.steps, [](const StepRow& step) {
-        return spoils_pose(step.trouble); }));
+    troubled_.push_back(
+        std::ranges::count_if(frame.steps, [](const StepRow& step) { return spoils_pose(step.trouble); }));
 }
 
 void SimulationOutputs::add_vtu(const SimulationFrame& frame) {
