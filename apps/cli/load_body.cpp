@@ -8,7 +8,7 @@ namespace nbd {
 
 SurfaceBody surface_body(const Body& body) {
     const Eigen::MatrixXf none(3 * body.tets.X.rows(), 0);  // a body file without modes has no matrix of them
-    SurfaceBody result = make_surface_body(body.surface.X.cast<float>(), body.surface.F, body.W.cast<float>(),
+    SurfaceBody result = make_surface_body(body.surface.X.cast<float>(), body.surface.F, body.float_weights(),
                                            body.modes.count() > 0 ? body.modes.U : none, body_hash(body));
     result.solid = body.tets;
     return result;

@@ -28,9 +28,7 @@ struct CollideArguments {
 PosedTree posed(const PosedSurface& surface, BoundKind asked, std::optional<float> margin) {
     const BoundKind kind = surface.from_tree || is_exact(asked) ? asked : BoundKind::automatic;
     PosedTree tree(surface.tree, kind, margin);
-    const bool takes_nodes =
-        kind == BoundKind::affine || (kind == BoundKind::automatic && surface.tree->affine);
-    if (takes_nodes && surface.nodes.rows() > 0)
+    if (tree.takes_nodes() && surface.nodes.rows() > 0)
         tree.begin_pose_of_nodes(surface.nodes);
     else
         tree.begin_pose(surface.x);

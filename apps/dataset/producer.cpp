@@ -94,7 +94,7 @@ Producer::Producer(Body body, const DatasetPlan& plan, ShardFolder folder, Produ
     const World world = excitation_.start(0);
     const double distance = world.thickness();
     contact_surface_ = std::make_shared<const ContactEdgeSurface>(
-        tree_, body_.W.cast<float>(), body_.surface.X.cast<float>(),
+        tree_, body_.float_weights(), body_.surface.X.cast<float>(),
         ContactDistances{distance, self_thickness(*world.surface(0).shape(), distance)});
 }
 

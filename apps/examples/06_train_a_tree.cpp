@@ -48,7 +48,7 @@ int main(int argc, char** argv) try {
     // Learned bounds need no vibration modes, so the body has none.
     const Eigen::MatrixXf no_modes(3 * body.tets.X.rows(), 0);
     const nbd::SurfaceBody surface = nbd::make_surface_body(
-        body.surface.X.cast<float>(), body.surface.F, body.W.cast<float>(), no_modes, nbd::body_hash(body));
+        body.surface.X.cast<float>(), body.surface.F, body.float_weights(), no_modes, nbd::body_hash(body));
     nbd::TreeFile file = nbd::train_tree(surface, recording,
                                          {.bounds = {nbd::BoundKind::learned_affine}, .tree = {.depth = 4}});
     nbd::calibrate(file, recording, {.miss_rate = 1e-2});  // margins that keep the rate on poses set aside

@@ -1,7 +1,7 @@
 #include "apps/simulate/audit.hpp"
 
 #include "collision/base/stopwatch.hpp"
-#include "collision/query/missing_pairs.hpp"
+#include "collision/geometry/face_pair_set.hpp"
 
 namespace nbd {
 AuditCount& AuditCount::operator+=(const AuditCount& other) {
@@ -31,7 +31,7 @@ void Audit::Side::begin_poses(World& world, std::vector<HungSurface>& hung) {
     us = 0;
     for (std::size_t i = 0; i < trees.size(); ++i) {
         const int body = i;
-        const bool takes_surface = hung[i].W.rows() > 0 && trees[i].kind() != BoundKind::affine;
+        const bool takes_surface = hung[i].W.rows() > 0 && !trees[i].takes_nodes();
         if (takes_surface) apply_embedding(hung[i].W, world.state(body).x.cast<float>(), hung[i].x);
         const Stopwatch watch;
         if (takes_surface)
@@ -54,7 +54,7 @@ Audit::Audit(const SceneSpec& spec, const std::vector<LoadedBody>& bodies) {
     for (std::size_t i = 0; i < bodies.size(); ++i) {
         const auto tree = scene_tree(spec.bodies[i], bodies[i]);
         const BoundKind bounds = exact_for_auto(*tree, spec.bodies[i].bounds);
-        hung_.push_back({bounds == BoundKind::affine ? tree->affine->weights() : SurfaceEmbedding()});
+        hung_.push_back({reads_nodes(bounds) ? tree->affine->weights() : SurfaceEmbedding()});
         scene_.trees.emplace_back(tree, bounds, spec.bodies[i].margin);
         exact_.trees.emplace_back(tree, BoundKind::exact);
     }

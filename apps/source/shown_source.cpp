@@ -105,10 +105,9 @@ Subject subject_of(const SourceArgument& argument, const std::string& tree) {
     if (argument.margin) shown.margin = static_cast<float>(*argument.margin);
     if (tree.empty()) {
         CollisionTree own = make_exact_tree(body->surface.X.cast<float>(), body->surface.F);
-        if (shown.bounds == BoundKind::affine || shown.bounds == BoundKind::automatic)
-            hang_on_body(own, *body, argument.body);
+        if (reads_nodes(shown.bounds)) hang_on_body(own, *body, argument.body);
         shown.tree = std::make_shared<const CollisionTree>(std::move(own));
-        shown.W = body->W.cast<float>();
+        shown.W = body->float_weights();
         subject.source.rest = body->surface.X.cast<float>();
         return subject;
     }
@@ -118,8 +117,7 @@ Subject subject_of(const SourceArgument& argument, const std::string& tree) {
     if (subject.source.name.empty()) subject.source.name = fs::path(tree).stem().string();
     if (file.tree.affine) subject.source.start = file.tree.affine->rest();
     subject.source.rest = std::move(file.X);
-    if (!file.tree.affine && subject.source.start.rows() > 0 &&
-        (shown.bounds == BoundKind::affine || shown.bounds == BoundKind::automatic))
+    if (!file.tree.affine && subject.source.start.rows() > 0 && reads_nodes(shown.bounds))
         hang_on_nodes(file.tree, file.W, subject.source.start);
     shown.tree = std::make_shared<const CollisionTree>(std::move(file.tree));
     shown.W = std::move(file.W);

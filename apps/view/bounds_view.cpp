@@ -23,10 +23,10 @@ void count_boxes(const std::vector<std::vector<Box>>& levels, std::vector<int>& 
 }  // namespace
 
 ViewBounds bounds_of(PosedBody& body) {
-    if (body.wide()) return {body.misses() ? "learned_affine" : "affine", true, {0}, {}};
     const PosedTree& tree = body.drawn();
     const std::vector<SphereTree::Node>& nodes = tree.tree().spheres.nodes;
     ViewBounds bounds{std::string(name(tree.kind())), is_box(tree.kind()), {0}, {}};
+    if (bounds.are_boxes) return bounds;
     for (int node = 0; node < std::ssize(nodes); ++node) {
         const int depth = nodes[node].depth;
         if (depth > deepest) break;
@@ -37,26 +37,22 @@ ViewBounds bounds_of(PosedBody& body) {
 }
 
 void add_bounds(PosedBody& body, ViewBounds& bounds) {
-    if (AffineBoxes* wide = body.wide()) {
-        const auto levels = box_levels(*wide, most_boxes);
+    PosedTree& tree = body.drawn();
+    if (bounds.are_boxes) {
+        const auto levels = box_levels(tree.wide_tree(), most_boxes);
         count_boxes(levels, bounds.first_node);
         for (const std::vector<Box>& level : levels)
             for (const Box& box : level) add_box(box, bounds.values);
         return;
     }
-    PosedTree& tree = body.drawn();
     for (int node = 0; node < bounds.first_node.back(); ++node) {
-        if (bounds.are_boxes) {
-            add_box(*tree.box(node), bounds.values);
-        } else {
-            const Sphere& sphere = tree.sphere(node);
-            bounds.values.insert(bounds.values.end(), sphere.c.data(), sphere.c.data() + 3);
-            bounds.values.push_back(sphere.r);
-        }
+        const Sphere& sphere = tree.sphere(node);
+        bounds.values.insert(bounds.values.end(), sphere.c.data(), sphere.c.data() + 3);
+        bounds.values.push_back(sphere.r);
     }
 }
 
-std::vector<std::vector<Box>> box_levels(AffineBoxes& boxes, std::size_t most) {
+std::vector<std::vector<Box>> box_levels(PosedWideTree& boxes, std::size_t most) {
     const WideTree& tree = boxes.tree();
     std::size_t total = 1;
     const auto fits = [&](int count) { return (total += static_cast<std::size_t>(count)) <= most; };

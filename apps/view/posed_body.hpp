@@ -3,7 +3,6 @@
 #include <memory>
 #include <optional>
 
-#include "collision/bounds/affine/affine_boxes.hpp"
 #include "collision/geometry/embedding.hpp"
 #include "collision/tree/posed_tree.hpp"
 
@@ -31,21 +30,16 @@ class PosedBody {
     PosedTree& exact() noexcept { return exact_; }
     /// With its own bounds where these can miss, else with exact ones.
     PosedTree& searched() noexcept { return misses() ? *own_ : exact_; }
-    /// The boxes of the wide tree that `affine` bounds walk, `auto` ones where they are the same, and
-    /// `learned_affine` ones; null for others.
-    AffineBoxes* wide() noexcept { return wide_ ? &*wide_ : nullptr; }
-    /// With the bounds that a page draws of a body without wide().
+    /// With the bounds that a page draws. `auto` ones are `affine` where the poses give the nodes on which
+    /// the tree hangs, and exact boxes elsewhere, as `affine` ones are.
     PosedTree& drawn() noexcept { return own_ ? *own_ : exact_; }
     bool misses() const noexcept { return can_miss(body_.bounds); }
 
  private:
     BodyTree body_;
-    Vertices x_;
+    Vertices x_, nodes_;
     PosedTree exact_;
     std::optional<PosedTree> own_;  // empty: the exact boxes
-    bool hangs_on_nodes_ = false;   // wide_ is posed by nodes_
-    Vertices nodes_;
-    std::optional<AffineBoxes> wide_;
 };
 
 }  // namespace nbd

@@ -57,7 +57,7 @@ ViewSources sources_of_scene(const SceneSpec& spec, std::span<const LoadedBody> 
         source.name = of_scene.name;
         source.tree = {
             .tree = bodies[b].tree,
-            .W = bodies[b].body->W.cast<float>(),
+            .W = bodies[b].body->float_weights(),
             .bounds = of_scene.bounds,
             .margin = of_scene.margin ? std::optional(static_cast<float>(*of_scene.margin)) : std::nullopt};
         source.rest = embedded(source.tree.W, world->elastic(body).rest().X.cast<float>());

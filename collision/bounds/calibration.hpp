@@ -23,6 +23,18 @@ struct Calibration {
     std::vector<float> limits{};
 };
 
+/// Margins and score limits of all nodes for one bound.
+struct NodeMargins {
+    std::vector<float> margins;  // [nodes] growth of the volumes, see Calibration
+    std::vector<float> limits;   // [nodes] ood_score above which a node is bounded exactly; below it, margins
+                                 // grow with the score. Empty: no limits, constant margins
+};
+
+/// Factor of a calibrated margin: 0.03 at score 0, rising to 1 at the limit; always 1 if the limit is 0.
+inline float margin_weight(float ood_score, float limit) noexcept {
+    return limit > 0 ? 0.03f + 0.97f * ood_score / limit : 1;
+}
+
 /// Validates a calibration read from a file. Throws std::invalid_argument, saying what is wrong, unless it
 /// fits a tree of `nodes` nodes. bounds: name of the bounds, for the message.
 void check_calibration(const Calibration& calibration, std::string_view bounds, std::size_t nodes);

@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "collision/base/message.hpp"
-#include "collision/continuous/pair_boxes.hpp"
+#include "collision/continuous/feature_pair.hpp"
 
 namespace nbd {
 namespace {

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "collision/base/message.hpp"
-#include "collision/bounds/learned/fixed_point.hpp"
 #include "collision/flat/flat_file.hpp"
+#include "collision/nbd_tree/fixed_point.hpp"
 
 // C++ values as arrays of a flat file. FlatFieldWriter and FlatFieldReader have the same functions, so that
 // one list of fields serves for writing and reading.

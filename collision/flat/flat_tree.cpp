@@ -11,7 +11,7 @@
 #include "collision/base/notice.hpp"
 #include "collision/base/temporary_files.hpp"
 #include "collision/flat/flat_fields.hpp"
-#include "collision/geometry/embedding_rows.hpp"
+#include "collision/geometry/embedding.hpp"
 
 namespace nbd {
 namespace {

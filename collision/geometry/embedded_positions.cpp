@@ -4,7 +4,7 @@
 #include <stdexcept>
 
 #include "collision/base/message.hpp"
-#include "collision/geometry/embedding_rows.hpp"
+#include "collision/geometry/embedding.hpp"
 
 namespace nbd {
 

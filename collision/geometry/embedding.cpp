@@ -4,7 +4,6 @@
 #include <stdexcept>
 
 #include "collision/base/message.hpp"
-#include "collision/geometry/embedding_rows.hpp"
 
 namespace nbd {
 

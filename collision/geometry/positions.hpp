@@ -60,6 +60,8 @@ class Positions {
     }
     const float* data(int v) const noexcept { return x_ + stride_ * v; }
     Rows rows() const noexcept { return {x_, rows_, 3, Eigen::OuterStride<>(stride_)}; }
+    VertexView view() const { return {x_, rows_, stride_}; }
+    bool are_on_demand() const noexcept { return source_ != nullptr; }
 
  private:
     const float* x_ = nullptr;

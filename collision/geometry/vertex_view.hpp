@@ -66,4 +66,15 @@ class VertexView {
     Eigen::Index count_ = 0, stride_ = 3;
 };
 
+/// Throws std::invalid_argument, naming the first row, if a position of these vertices or nodes is not
+/// finite.
+inline void require_finite_rows(const char* what, const VertexView& x) {
+    for (Eigen::Index i = 0; i < x.count(); ++i) {
+        const auto row = x.rows().row(i);
+        if (!row.allFinite())
+            throw std::invalid_argument(message("position of ", what, " ", i, " is (", row.x(), ", ", row.y(),
+                                                ", ", row.z(), "), allowed: finite numbers"));
+    }
+}
+
 }  // namespace nbd

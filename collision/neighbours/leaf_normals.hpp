@@ -4,8 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "collision/bounds/affine/wide_tree.hpp"
 #include "collision/neighbours/local_map.hpp"
+#include "collision/wide_tree/wide_tree.hpp"
 
 namespace nbd {
 

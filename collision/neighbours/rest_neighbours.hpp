@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "collision/base/executor.hpp"
-#include "collision/bounds/affine/wide_tree.hpp"
+#include "collision/geometry/face_pair_set.hpp"
 #include "collision/geometry/geometry.hpp"
 #include "collision/geometry/tet_mesh.hpp"
-#include "collision/neighbours/face_pair_set.hpp"
+#include "collision/wide_tree/wide_tree.hpp"
 
 namespace nbd {
 

@@ -1,27 +1,50 @@
 #include "collision/query/closest_query.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <functional>
 #include <stdexcept>
 
 #include "collision/base/message.hpp"
+#include "collision/bounds/walk.hpp"
 #include "collision/kernels/lane_mask.hpp"
-#include "collision/query/least_distance.hpp"
-#include "collision/query/near_boxes.hpp"
-#include "collision/tree/posed_tree_state.hpp"
+#include "collision/wide_tree/wide_walk.hpp"
 
 namespace nbd {
 namespace {
 
+/// Covers the rounding of distances in double precision, relative to the lengths they come from.
+constexpr double slack = 1e-14;
+
+/// Lower bound on the distance of two boxes or spheres, metres.
+double least_distance(const Box& s, const Box& t) noexcept {
+    double squared = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double gap = std::max(double{s.lo[axis]} - t.hi[axis], double{t.lo[axis]} - s.hi[axis]);
+        if (gap > 0) squared += gap * gap;
+    }
+    return std::sqrt(squared) * (1 - slack);
+}
 double least_distance(const Sphere& s, const Sphere& t) noexcept {
     const double between = (s.c.cast<double>() - t.c.cast<double>()).norm(), radii = double{s.r} + t.r;
-    return std::max(between - radii - least_distance_slack * (between + radii), 0.);
+    return std::max(between - radii - slack * (between + radii), 0.);
 }
 
-double least_distance(PosedTree& a, int i, PosedTree& b, int j) {
-    const bool boxes = is_box(a.kind()) && is_box(b.kind());
-    return boxes ? least_distance(*a.box(i), *b.box(j)) : least_distance(a.sphere(i), b.sphere(j));
+/// Index of the box among boxes.box(0) to boxes.box(count - 1) that is nearest to t; the first of equally
+/// near ones.
+template <class Boxes>
+int nearest_box(const Boxes& boxes, int count, const Box& t) noexcept {
+    int nearest = 0;
+    double least = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < count; ++k) {
+        const double distance = least_distance(boxes.box(k), t);
+        if (distance < least) {
+            least = distance;
+            nearest = k;
+        }
+    }
+    return nearest;
 }
 
 }  // namespace
@@ -41,16 +64,32 @@ ClosestQuery::Candidate ClosestQuery::pop() noexcept {
     return first;
 }
 
-void ClosestQuery::push_nodes(PosedTree& a, int i, PosedTree& b, int j) {
-    push({least_distance(a, i, b, j), Candidate::nodes, i, j});
+bool ClosestQuery::goes_on() const noexcept {
+    return !queue_.empty() && queue_.front().distance <= most_ && !(closest_ && most_ == 0);
 }
 
-void ClosestQuery::open_nodes(PosedTree& a, int i, PosedTree& b, int j) {
-    const SphereTree::Node& node_a = a.tree().spheres.nodes[i];
-    const SphereTree::Node& node_b = b.tree().spheres.nodes[j];
+template <class Boxes>
+void ClosestQuery::measure(const Boxes& a, int slot_a, const Boxes& b, int slot_b) noexcept {
+    ++triangle_tests_;
+    const FacePair faces{a.face(slot_a), b.face(slot_b)};
+    const Triangle s = a.triangle(slot_a), t = b.triangle(slot_b);
+    const double distance = triangle_distance(s, t);
+    if (distance < most_ || (distance == most_ && (!closest_ || faces < *closest_))) {
+        most_ = distance;
+        closest_ = faces;
+        triangles_ = {s, t};
+    }
+}
+
+void ClosestQuery::push_nodes(PosedNbdTree& a, int i, PosedNbdTree& b, int j) {
+    push({least_distance(a.sphere(i), b.sphere(j)), Candidate::nodes, i, j});
+}
+
+void ClosestQuery::open_nodes(PosedNbdTree& a, int i, PosedNbdTree& b, int j) {
+    const SphereTree::Node &node_a = a.tree().nodes[i], &node_b = b.tree().nodes[j];
     const bool first_is_larger = node_a.face_end - node_a.face_begin >= node_b.face_end - node_b.face_begin;
     if (node_a.is_leaf() && node_b.is_leaf()) {
-        LeafBoxes &boxes_a = a.state_->spheres().boxes, &boxes_b = b.state_->spheres().boxes;
+        LeafBoxes &boxes_a = a.leaves(), &boxes_b = b.leaves();
         const int root_a = boxes_a.root(i), root_b = boxes_b.root(j);
         boxes_a.open(root_a);
         boxes_b.open(root_b);
@@ -89,7 +128,7 @@ void ClosestQuery::open_faces(LeafBoxes& a, int i, LeafBoxes& b, int j) {
     const Box whole = b.whole(j);
     const int k = nearest_box(boxes_a, boxes_a.count, whole),
               l = nearest_box(boxes_b, boxes_b.count, boxes_a.box(k));
-    test_faces(a, node_a.first_slot + k, b, node_b.first_slot + l);
+    measure(a, node_a.first_slot + k, b, node_b.first_slot + l);
     const Within near = within_at_most(most_);
     const unsigned near_b = near_boxes(boxes_a, whole, near);
     unsigned masks[LeafBoxes::max_boxes];
@@ -104,36 +143,71 @@ void ClosestQuery::open_faces(LeafBoxes& a, int i, LeafBoxes& b, int j) {
     });
 }
 
-void ClosestQuery::test_faces(const LeafBoxes& a, int slot_a, const LeafBoxes& b, int slot_b) noexcept {
-    measure({a.face(slot_a), b.face(slot_b)}, a.triangle(slot_a), b.triangle(slot_b));
-}
-
-void ClosestQuery::measure(const FacePair& faces, const Triangle& s, const Triangle& t) noexcept {
-    ++triangle_tests_;
-    const double distance = triangle_distance(s, t);
-    if (distance < most_ || (distance == most_ && (!closest_ || faces < *closest_))) {
-        most_ = distance;
-        closest_ = faces;
-        triangles_ = {s, t};
-    }
-}
-
-void ClosestQuery::search_sphere_trees(PosedTree& a, PosedTree& b) {
-    LeafBoxes &boxes_a = a.state_->spheres().boxes, &boxes_b = b.state_->spheres().boxes;
+void ClosestQuery::search(PosedNbdTree& a, PosedNbdTree& b) {
     push_nodes(a, 0, b, 0);
     while (goes_on()) {
         const Candidate pair = pop();
         if (pair.level == Candidate::nodes)
             open_nodes(a, pair.a, b, pair.b);
         else if (pair.level == Candidate::boxes)
-            open_boxes(boxes_a, pair.a, boxes_b, pair.b);
+            open_boxes(a.leaves(), pair.a, b.leaves(), pair.b);
         else
-            test_faces(boxes_a, pair.a, boxes_b, pair.b);
+            measure(a.leaves(), pair.a, b.leaves(), pair.b);
     }
 }
 
-bool ClosestQuery::goes_on() const noexcept {
-    return !queue_.empty() && queue_.front().distance <= most_ && !(closest_ && most_ == 0);
+/// Puts the pairs of children that may be close enough into the queue. whole_t: box around all boxes of t.
+void ClosestQuery::push_children(Candidate::Level level, const BoxPack& s, unsigned in_s, int first_a,
+                                 const BoxPack& t, unsigned in_t, int first_b, const Box& whole_t) {
+    const Within near = within_at_most(most_);
+    for_each_bit(near_boxes(s, whole_t, near) & in_s, [&](int i) {
+        const Box box = s.box(i);
+        for_each_bit(near_boxes(t, box, near) & in_t, [&](int j) {
+            push({least_distance(box, t.box(j)), level, first_a + i, first_b + j});
+        });
+    });
+}
+
+template <class Level>
+void ClosestQuery::open_children(Candidate::Level children, PosedWideTree& a, int node_a, PosedWideTree& b,
+                                 int node_b) {
+    Level::children(a, node_a);
+    Level::children(b, node_b);  // may move those of a, if both are one body
+    const PosedWideTree::Children &s = Level::children(a, node_a), &t = Level::children(b, node_b);
+    push_children(children, s.boxes, Level::present(a, node_a), Level::first_child(a, node_a), t.boxes,
+                  Level::present(b, node_b), Level::first_child(b, node_b), t.whole);
+}
+
+void ClosestQuery::open_leaves(PosedWideTree& a, int leaf_a, PosedWideTree& b, int leaf_b) {
+    a.leaf(leaf_a);
+    b.leaf(leaf_b);  // may move the first one, if both are one body
+    const PosedWideTree::Leaf &s = a.leaf(leaf_a), &t = b.leaf(leaf_b);
+    const unsigned in_s = a.present_faces(leaf_a), in_t = b.present_faces(leaf_b);
+    // Measuring one near pair right away keeps most other pairs out of the queue.
+    const int i = nearest_box(s.boxes, std::popcount(in_s), t.whole),
+              j = nearest_box(t.boxes, std::popcount(in_t), s.boxes.box(i));
+    measure(a, tree_width * leaf_a + i, b, tree_width * leaf_b + j);
+    push_children(Candidate::faces, s.boxes, in_s, tree_width * leaf_a, t.boxes, in_t, tree_width * leaf_b,
+                  t.whole);
+}
+
+void ClosestQuery::search(PosedWideTree& a, PosedWideTree& b) {
+    for (int i = 0; i < a.tree().clusters(); ++i)
+        push({least_distance(a.cluster(i), b.whole()), Candidate::bodies, i, 0});
+    while (goes_on()) {
+        const Candidate pair = pop();
+        if (pair.level == Candidate::bodies)
+            for (int j = 0; j < b.tree().clusters(); ++j)
+                push({least_distance(a.cluster(pair.a), b.cluster(j)), Candidate::clusters, pair.a, j});
+        else if (pair.level == Candidate::clusters)
+            open_children<ClusterLevel>(Candidate::blocks, a, pair.a, b, pair.b);
+        else if (pair.level == Candidate::blocks)
+            open_children<BlockLevel>(Candidate::leaves, a, pair.a, b, pair.b);
+        else if (pair.level == Candidate::leaves)
+            open_leaves(a, pair.a, b, pair.b);
+        else
+            measure(a, pair.a, b, pair.b);
+    }
 }
 
 std::optional<ClosestFaces> ClosestQuery::closest(PosedTree& a, PosedTree& b, double most) {
@@ -143,12 +217,13 @@ std::optional<ClosestFaces> ClosestQuery::closest(PosedTree& a, PosedTree& b, do
     most_candidates_ = 0;
     most_ = most;
     closest_.reset();
-    if (walk_wide_trees(*a.state_, *b.state_))
-        search_wide(a.state_->wide(), b.state_->wide());
+    if (!a.has_pose() || !b.has_pose()) return std::nullopt;
+    if (a.nbd_tree() && b.nbd_tree())
+        search(*a.nbd_tree(), *b.nbd_tree());
     else
-        search_sphere_trees(a, b);
-    a.state_->require_finite();
-    b.state_->require_finite();
+        search(a.wide_tree(), b.wide_tree());
+    a.require_finite();
+    b.require_finite();
     if (!closest_) return std::nullopt;
     return ClosestFaces{*closest_, closest_triangle_triangle(triangles_[0], triangles_[1])};
 }

@@ -10,19 +10,15 @@
 
 namespace nbd {
 
-class LeafBoxes;
-class AffineBoxes;
-struct BoxPack;
-
 /// The closest faces of two bodies and their closest points.
 struct ClosestFaces {
     FacePair faces;
     ClosestPoints points;  // of the two triangles, see closest_triangle_triangle()
 };
 
-/// Distances between two posed trees by branch and bound. One queue holds pairs of nodes, of boxes under
-/// leaves and of faces, ordered by a lower bound on their distance. The search ends when no pair left can be
-/// closer than the closest faces found.
+/// Distances between two posed trees by branch and bound, on the trees that a PairQuery walks. One queue
+/// holds pairs of nodes, of boxes under leaves and of faces, ordered by a lower bound on their distance. The
+/// search ends when no pair left can be closer than the closest faces found.
 ///
 /// Owns its scratch memory, which only grows: a query allocates nothing unless it holds more candidates at a
 /// time than any before it on this object, or than reserve() made room for. Errors are those of PairQuery.
@@ -45,7 +41,7 @@ class ClosestQuery {
     long triangle_tests() const noexcept { return triangle_tests_; }
 
  private:
-    /// A pair of sphere tree nodes, LeafBoxes nodes or face slots, or of a box tree's clusters, blocks,
+    /// A pair of sphere tree nodes, LeafBoxes nodes or face slots, or of a wide tree's clusters, blocks,
     /// leaves or face slots, with a lower bound on their distance, metres.
     struct Candidate {
         enum Level { faces, leaves, boxes, blocks, nodes, clusters, bodies };
@@ -58,20 +54,21 @@ class ClosestQuery {
     void push(const Candidate& candidate);
     Candidate pop() noexcept;
     bool goes_on() const noexcept;
-    void search_sphere_trees(PosedTree& a, PosedTree& b);
-    void search_wide(AffineBoxes& a, AffineBoxes& b);
-    void push_nodes(PosedTree& a, int node_a, PosedTree& b, int node_b);
+    void search(PosedNbdTree& a, PosedNbdTree& b);
+    void search(PosedWideTree& a, PosedWideTree& b);
+    void push_nodes(PosedNbdTree& a, int node_a, PosedNbdTree& b, int node_b);
     /// Replace a pair by the pairs of its parts.
-    void open_nodes(PosedTree& a, int node_a, PosedTree& b, int node_b);
+    void open_nodes(PosedNbdTree& a, int node_a, PosedNbdTree& b, int node_b);
     void open_boxes(LeafBoxes& a, int node_a, LeafBoxes& b, int node_b);
     void open_faces(LeafBoxes& a, int node_a, LeafBoxes& b, int node_b);
     template <class Level>
-    void open_children(Candidate::Level children, AffineBoxes& a, int node_a, AffineBoxes& b, int node_b);
-    void open_leaves(AffineBoxes& a, int leaf_a, AffineBoxes& b, int leaf_b);
+    void open_children(Candidate::Level children, PosedWideTree& a, int node_a, PosedWideTree& b, int node_b);
+    void open_leaves(PosedWideTree& a, int leaf_a, PosedWideTree& b, int leaf_b);
     void push_children(Candidate::Level level, const BoxPack& s, unsigned in_s, int first_a, const BoxPack& t,
                        unsigned in_t, int first_b, const Box& whole_t);
-    void measure(const FacePair& faces, const Triangle& s, const Triangle& t) noexcept;
-    void test_faces(const LeafBoxes& a, int slot_a, const LeafBoxes& b, int slot_b) noexcept;
+    /// Measures the faces in two slots. Boxes: LeafBoxes or PosedWideTree.
+    template <class Boxes>
+    void measure(const Boxes& a, int slot_a, const Boxes& b, int slot_b) noexcept;
 
     std::vector<Candidate> queue_;
     double most_ = 0;                    // pairs further apart are ignored

@@ -1,7 +1,6 @@
 #include "collision/query/one_shot.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 
 #include "collision/base/message.hpp"
@@ -58,8 +57,7 @@ std::vector<FacePair> intersecting_faces(VerticesRef xa, FacesRef fa, VerticesRe
 
 std::vector<FacePair> face_pairs_within(VerticesRef xa, FacesRef fa, VerticesRef xb, FacesRef fb,
                                         float distance) {
-    if (!(distance >= 0 && std::isfinite(distance)))
-        throw std::invalid_argument(message("distance is ", distance, " m, allowed: finite, 0 or more"));
+    require_distance(distance);
     PosedTree a = posed("a", xa, fa), b = posed("b", xb, fb);
     return copied(PairQuery().within(a, b, distance));
 }

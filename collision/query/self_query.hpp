@@ -4,15 +4,11 @@
 #include <span>
 #include <vector>
 
-#include "collision/neighbours/face_pair_set.hpp"
-#include "collision/query/affine_walk.hpp"
+#include "collision/geometry/face_pair_set.hpp"
+#include "collision/neighbours/neighbour_proof.hpp"
 #include "collision/query/pair_query.hpp"
-#include "collision/tree/posed_tree.hpp"
 
 namespace nbd {
-
-class NeighbourProof;
-struct PosedSpheres;
 
 /// Queries of a posed tree with itself, for self-contact. Pairs of faces that share a vertex always touch;
 /// they are left out during the walk, and so are further pairs that were given. The walk visits every pair of
@@ -60,21 +56,19 @@ class SelfQuery {
     template <class Narrow>
     std::span<const FacePair> find_face_pairs(PosedTree& body, float distance, const Narrow& narrow,
                                               const LeafReach* reach = nullptr);
-    template <class Narrow>
-    void find_wide_pairs(AffineBoxes& boxes, float distance, const Narrow& narrow, const LeafReach* reach);
-    template <class Narrow>
-    void find_sphere_pairs(PosedSpheres& posed, const SphereTree& tree, float distance, const Narrow& narrow);
-    void find_leaf_pairs(PosedSpheres& posed, const SphereTree& tree, float distance);
+    template <class Tree, class By, class Narrow>
+    void find_on_tree(Tree& tree, By& by, float distance, const LeftOut& left_out, const Narrow& narrow);
+    bool applies(const NeighbourProof& proof, const PosedWideTree& tree, float distance,
+                 const LeafReach* reach) const noexcept;
     /// Narrows the pairs of slots in `batch_` and moves them to `pairs_`, as faces.
-    template <class Boxes, class Posed, class Narrow>
-    void finish_batch(const Boxes& boxes, const Posed& posed, const Narrow& narrow);
+    template <class Tree, class Narrow>
+    void finish_batch(const Tree& tree, const Narrow& narrow);
 
     std::shared_ptr<const FacePairSet> left_out_;
     const NeighbourProof* proof_ = nullptr;
     QueryCounters counters_;
-    AffineWalk affine_walk_;
-    std::vector<LeafPair> leaf_pairs_;
-    std::vector<NodePair> stack_;
+    NbdWalk nbd_walk_;
+    WideWalk wide_walk_;
     std::vector<FacePair> batch_, pairs_;
 };
 

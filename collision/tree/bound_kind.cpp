@@ -1,5 +1,6 @@
 #include "collision/tree/bound_kind.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
@@ -7,6 +8,8 @@
 
 namespace nbd {
 namespace {
+
+static_assert(std::ranges::all_of(bound_kinds, [](BoundKind kind) { return traits(kind).kind == kind; }));
 
 constexpr std::pair<std::string_view, std::string_view> gone[] = {{"modal", "nbd"},
                                                                   {"local", "learned_affine"},
@@ -16,26 +19,6 @@ constexpr std::pair<std::string_view, std::string_view> gone[] = {{"modal", "nbd
                                                                   {"certified", "affine"}};
 
 }  // namespace
-
-std::string_view name(BoundKind kind) noexcept {
-    switch (kind) {
-        case BoundKind::exact:
-            return "exact";
-        case BoundKind::boxes:
-            return "boxes";
-        case BoundKind::bd:
-            return "bd";
-        case BoundKind::nbd:
-            return "nbd";
-        case BoundKind::learned_affine:
-            return "learned_affine";
-        case BoundKind::affine:
-            return "affine";
-        case BoundKind::automatic:
-            return "auto";
-    }
-    return "unknown";
-}
 
 std::string_view instead_of_bound(std::string_view name) noexcept {
     for (const auto& [old, instead] : gone)
@@ -48,12 +31,14 @@ std::string left_out(const GoneBounds& gone) {
 }
 
 BoundKind bound_kind(std::string_view name) {
-    for (const BoundKind kind : bound_kinds)
+    std::string known;
+    for (const BoundKind kind : bound_kinds) {
         if (name == nbd::name(kind)) return kind;
+        known.append(known.empty() ? "" : ", ").append(nbd::name(kind));
+    }
     if (const std::string_view instead = instead_of_bound(name); !instead.empty())
         throw std::invalid_argument(message("bounds \"", name, "\" are gone; write \"", instead, '"'));
-    throw std::invalid_argument(
-        message("unknown bounds \"", name, "\", known: exact, boxes, bd, nbd, learned_affine, affine, auto"));
+    throw std::invalid_argument(message("unknown bounds \"", name, "\", known: ", known));
 }
 
 }  // namespace nbd

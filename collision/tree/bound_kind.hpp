@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <iterator>
 #include <string>
 #include <string_view>
 
@@ -17,30 +19,42 @@ enum class BoundKind {
     automatic        // of `affine`, `boxes` and `learned_affine` what is fastest, see bounds_of_auto()
 };
 
-/// All kinds, in order.
-inline constexpr BoundKind bound_kinds[] = {BoundKind::exact,    BoundKind::boxes,          BoundKind::bd,
-                                            BoundKind::nbd,      BoundKind::learned_affine, BoundKind::affine,
-                                            BoundKind::automatic};
+/// What is true of the bounds of a kind.
+struct BoundTraits {
+    BoundKind kind;
+    std::string_view name;
+    bool is_exact = false;  // computed from all vertices of a node, without a model
+    bool can_miss = false;  // a vertex of a node may lie outside, so that the kind needs its own calibration
+    bool is_box = false;    // boxes of a wide tree along the axes; the others are spheres of an NBD-Tree
+    /// A body reads the nodes that carry its surface and nothing else, where its tree hangs on nodes and
+    /// poses give them. `affine` bounds are only of such trees.
+    bool reads_nodes = false;
+};
 
-/// "exact", "boxes", "bd", "nbd", "learned_affine", "affine",
-/// "auto".
-std::string_view name(BoundKind kind) noexcept;
+/// All kinds, in the order of BoundKind.
+inline constexpr BoundTraits all_bound_traits[] = {
+    {.kind = BoundKind::exact, .name = "exact", .is_exact = true},
+    {.kind = BoundKind::boxes, .name = "boxes", .is_exact = true, .is_box = true},
+    {.kind = BoundKind::bd, .name = "bd", .can_miss = true},
+    {.kind = BoundKind::nbd, .name = "nbd", .can_miss = true},
+    {.kind = BoundKind::learned_affine, .name = "learned_affine", .can_miss = true, .is_box = true},
+    {.kind = BoundKind::affine, .name = "affine", .is_box = true, .reads_nodes = true},
+    {.kind = BoundKind::automatic, .name = "auto", .is_box = true, .reads_nodes = true}};
 
-/// Whether bounds of this kind are computed from all vertices of a node and need no model.
-constexpr bool is_exact(BoundKind kind) noexcept {
-    return kind == BoundKind::exact || kind == BoundKind::boxes;
+inline constexpr auto bound_kinds = [] {
+    std::array<BoundKind, std::size(all_bound_traits)> kinds{};
+    for (std::size_t i = 0; i < kinds.size(); ++i) kinds[i] = all_bound_traits[i].kind;
+    return kinds;
+}();
+
+constexpr const BoundTraits& traits(BoundKind kind) noexcept {
+    return all_bound_traits[static_cast<int>(kind)];
 }
-
-/// Whether a vertex of a node may lie outside such a bound, so that the kind needs its own calibration.
-constexpr bool can_miss(BoundKind kind) noexcept {
-    return !is_exact(kind) && kind != BoundKind::affine && kind != BoundKind::automatic;
-}
-
-/// Whether such a bound is an axis-aligned box; the others are spheres.
-constexpr bool is_box(BoundKind kind) noexcept {
-    return kind == BoundKind::boxes || kind == BoundKind::learned_affine || kind == BoundKind::affine ||
-           kind == BoundKind::automatic;
-}
+constexpr std::string_view name(BoundKind kind) noexcept { return traits(kind).name; }
+constexpr bool is_exact(BoundKind kind) noexcept { return traits(kind).is_exact; }
+constexpr bool can_miss(BoundKind kind) noexcept { return traits(kind).can_miss; }
+constexpr bool is_box(BoundKind kind) noexcept { return traits(kind).is_box; }
+constexpr bool reads_nodes(BoundKind kind) noexcept { return traits(kind).reads_nodes; }
 
 /// The kind with this name. Throws std::invalid_argument, which lists the known kinds or says what to write
 /// instead of a name that is gone.

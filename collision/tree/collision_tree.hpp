@@ -4,14 +4,13 @@
 #include <memory>
 #include <optional>
 
-#include "collision/bounds/affine/affine_model.hpp"
-#include "collision/bounds/affine/learned_affine_model.hpp"
 #include "collision/bounds/calibration.hpp"
-#include "collision/bounds/learned/bd_model.hpp"
-#include "collision/bounds/learned/nbd_model.hpp"
-#include "collision/bounds/node_margins.hpp"
-#include "collision/topology/sphere_tree.hpp"
+#include "collision/nbd_tree/bd_bound.hpp"
+#include "collision/nbd_tree/nbd_bound.hpp"
+#include "collision/nbd_tree/sphere_tree.hpp"
 #include "collision/tree/bound_kind.hpp"
+#include "collision/wide_tree/affine_model.hpp"
+#include "collision/wide_tree/learned_affine.hpp"
 
 namespace nbd {
 

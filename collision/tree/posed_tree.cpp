@@ -1,129 +1,242 @@
 #include "collision/tree/posed_tree.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
-#include <type_traits>
+#include <string>
 #include <utility>
 
 #include "collision/base/message.hpp"
-#include "collision/tree/make_bounds.hpp"
-#include "collision/tree/posed_tree_state.hpp"
+#include "collision/geometry/embedded_positions.hpp"
 
 namespace nbd {
+namespace {
 
-PosedTree::PosedTree(std::shared_ptr<const CollisionTree> tree, BoundKind kind, std::optional<float> margin) {
-    if (!tree) throw std::invalid_argument("a posed tree needs a collision tree, got none");
+void check_margin(std::optional<float> margin, BoundKind kind) {
     if (margin && !(*margin >= 0 && std::isfinite(*margin)))
         throw std::invalid_argument(message("margin is ", *margin, ", allowed: finite and 0 or more"));
     if (margin.value_or(0.f) > 0 && (kind == BoundKind::boxes || kind == BoundKind::affine))
         throw std::invalid_argument(message("margin is ", *margin, ", but exact boxes take none"));
-    check_collision_tree(*tree);
-    check_calibrated(*tree, kind, margin);
-    state_ = std::make_unique<PosedTreeState>(std::move(tree), kind, margin);
 }
 
-PosedTree::PosedTree(PosedTree&&) noexcept = default;
-PosedTree& PosedTree::operator=(PosedTree&&) noexcept = default;
-PosedTree::~PosedTree() = default;
+/// Throws std::invalid_argument, saying what to do, unless the tree has bounds of this kind that are usable:
+/// others would miss at no stated rate.
+void check_bounds(const CollisionTree& tree, BoundKind kind, std::optional<float> margin) {
+    if (is_usable(tree, kind, margin)) return;
+    if (has_bounds(tree, kind))
+        throw std::invalid_argument(message(
+            "the tree's \"", name(kind),
+            "\" bounds are not calibrated, so that nodes miss at no stated rate; run `nbdtree calibrate` "
+            "on the tree, or give a margin (--margin)"));
+    std::string available = "exact";
+    for (const BoundKind other : bound_kinds)
+        if (other != BoundKind::exact && has_bounds(tree, other)) available.append(", ").append(name(other));
+    throw std::invalid_argument(
+        message("the collision tree has no model for \"", name(kind), "\" bounds, only for ", available));
+}
 
-void PosedTree::begin_pose(VertexView x) { state_->begin_pose(x); }
+PosedNbdTree::Bounds make_bounds(const CollisionTree& tree, BoundKind kind) {
+    if (kind == BoundKind::bd) return BdBound(tree.spheres, *tree.bd);
+    if (kind == BoundKind::nbd) return NbdBound(tree.spheres, *tree.nbd);
+    return ExactBound(tree.spheres);
+}
 
-void PosedTree::begin_pose(EmbeddedPositions& x) { state_->begin_pose(x); }
+}  // namespace
 
-void PosedTree::begin_pose_of_nodes(VertexView nodes) { state_->begin_pose_of_nodes(nodes); }
+PosedTree::PosedTree(std::shared_ptr<const CollisionTree> tree, BoundKind kind, std::optional<float> margin)
+    : tree_(std::move(tree)), kind_(kind), margin_(margin) {
+    if (!tree_) throw std::invalid_argument("a posed tree needs a collision tree, got none");
+    check_margin(margin, kind);
+    check_collision_tree(*tree_);
+    check_bounds(*tree_, kind, margin);
+    if (!is_box(kind))
+        spheres_.emplace(tree_->spheres, tree_->faces, tree_->vertex_count, make_bounds(*tree_, kind),
+                         node_margins(*tree_, kind, margin));
+    else if (kind != BoundKind::affine)
+        surface_boxes();
+    if (reads_nodes(kind) && tree_->affine) of_nodes_.emplace(tree_->affine);
+}
 
-void PosedTree::begin_step(VertexView start, VertexView end) { state_->begin_step(start, end); }
+PosedWideTree& PosedTree::surface_boxes() {
+    if (of_surface_) return *of_surface_;
+    const BoundKind kind = kind_ == BoundKind::automatic ? bounds_of_auto(*tree_, false, margin_) : kind_;
+    std::optional<LearnedAffineBoxes> learned;
+    if (kind == BoundKind::learned_affine)
+        learned.emplace(tree_->learned_affine, node_margins(*tree_, kind, margin_));
+    return of_surface_.emplace(tree_->boxes ? tree_->boxes : make_boxes(*tree_), std::move(learned));
+}
+
+template <class Start>
+void PosedTree::begin(const Start& start) {
+    try {
+        start();
+        require_finite();
+    } catch (...) {
+        forget_pose();
+        throw;
+    }
+}
+
+void PosedTree::begin_pose(VertexView x) {
+    begin([&] {
+        check_rows("positions", x);
+        set_pose(Positions(x));
+    });
+}
+
+void PosedTree::begin_pose(EmbeddedPositions& x) {
+    begin([&] {
+        if (x.vertex_count() != tree_->vertex_count)
+            throw std::invalid_argument(message("embedded positions: of ", x.vertex_count(),
+                                                " vertices, but the surface has ", tree_->vertex_count));
+        if (takes_nodes()) return begin_pose_of_nodes(x.nodes());
+        require_finite_rows("node", x.nodes());
+        set_pose(Positions(x));
+    });
+}
+
+void PosedTree::set_pose(const Positions& x) {
+    if (of_nodes_) of_nodes_->forget_pose();
+    if (spheres_) {
+        if (of_surface_) of_surface_->forget_pose();
+        spheres_->begin_pose(x);
+    } else {
+        x.require_all();
+        surface_boxes().begin_pose(x.view());
+    }
+}
+
+void PosedTree::begin_pose_of_nodes(VertexView nodes) {
+    begin([&] {
+        check_nodes("nodes", nodes);
+        if (of_surface_) of_surface_->forget_pose();
+        of_nodes_->begin_pose(nodes);
+    });
+}
+
+void PosedTree::begin_step(VertexView start, VertexView end) {
+    begin([&] {
+        check_rows("start", start);
+        check_rows("end", end);
+        if (of_nodes_) of_nodes_->forget_pose();
+        surface_boxes().begin_step(start, end);
+        of_surface_->require_finite();
+        if (spheres_) spheres_->begin_pose(Positions(end));
+    });
+}
 
 void PosedTree::begin_step_of_nodes(VertexView start, VertexView end) {
-    state_->begin_step_of_nodes(start, end);
+    begin([&] {
+        check_nodes("start", start);
+        check_nodes("end", end);
+        if (of_surface_) of_surface_->forget_pose();
+        of_nodes_->begin_step(start, end);
+    });
+}
+
+void PosedTree::forget_pose() noexcept {
+    if (spheres_) spheres_->forget_pose();
+    for (auto* wide : {&of_nodes_, &of_surface_})
+        if (*wide) (*wide)->forget_pose();
+}
+
+void PosedTree::check_rows(const char* what, const VertexView& x) const {
+    if (x.count() != tree_->vertex_count)
+        throw std::invalid_argument(
+            message(what, ": ", x.count(), " rows, but the surface has ", tree_->vertex_count, " vertices"));
+}
+
+void PosedTree::check_nodes(const char* what, const VertexView& x) const {
+    if (!takes_nodes())
+        throw std::invalid_argument(
+            message("poses of nodes need affine or auto bounds and a tree that hangs on nodes; these are ",
+                    name(kind_), tree_->affine ? "" : ", of a tree that does not"));
+    if (x.count() != tree_->affine->node_count())
+        throw std::invalid_argument(message(what, ": ", x.count(), " rows, but the surface hangs on ",
+                                            tree_->affine->node_count(), " nodes"));
 }
 
 void PosedTree::reserve() {
-    for (auto* wide : {&state_->of_nodes, &state_->of_surface})
+    for (auto* wide : {&of_nodes_, &of_surface_})
         if (*wide) (*wide)->reserve();
 }
 
-std::optional<Box> PosedTree::box(int node) {
-    return std::visit(
-        [node](auto& bounds) -> std::optional<Box> {
-            if constexpr (BoxBound<std::remove_cvref_t<decltype(bounds)>>)
-                return bounds.box(node);
-            else
-                return std::nullopt;
-        },
-        state_->spheres().bounds);
+bool PosedTree::has_pose() const noexcept {
+    return (spheres_ && spheres_->has_pose()) || (of_nodes_ && of_nodes_->has_pose()) ||
+           (of_surface_ && of_surface_->has_pose());
+}
+
+PosedNbdTree* PosedTree::nbd_tree() noexcept {
+    return spheres_ && !(of_surface_ && of_surface_->in_step()) ? &*spheres_ : nullptr;
+}
+
+PosedWideTree& PosedTree::wide_tree() {
+    if (spheres_ && !surface_boxes().has_pose() && spheres_->has_pose()) {
+        const Positions& x = spheres_->positions();
+        x.require_all();
+        of_surface_->begin_pose(x.view());
+    }
+    return is_moved_by_positions() ? *of_surface_ : *of_nodes_;
 }
 
 const Sphere& PosedTree::sphere(int node) {
-    PosedSpheres& posed = state_->spheres();
-    return std::visit([&](auto& bounds) -> const Sphere& { return posed.spheres.get(node, bounds); },
-                      posed.bounds);
+    if (!spheres_)
+        throw std::invalid_argument(
+            message("spheres of nodes of a body with ", name(kind_),
+                    " bounds, which are boxes of a wide tree; allowed: exact, bd, nbd"));
+    return spheres_->sphere(node);
+}
+
+std::optional<float> PosedTree::ood_score(int node) {
+    return spheres_ && spheres_->has_pose() ? spheres_->ood_score(node) : std::nullopt;
 }
 
 Box PosedTree::whole() {
-    if (!state_->has_pose()) return empty_box();
-    if (walk_wide_trees(*state_, *state_)) {
-        const Box whole = state_->wide().whole();
-        state_->require_finite();
+    if (!has_pose()) return empty_box();
+    PosedNbdTree* spheres = nbd_tree();
+    if (!spheres) {
+        const Box whole = wide_tree().whole();
+        require_finite();
         return whole;
     }
-    const std::optional<Box> root_box = box(0);
-    const Sphere& root = sphere(0);
-    state_->require_finite();
-    if (root_box) return *root_box;
+    const Sphere& root = spheres->sphere(0);
+    require_finite();
     const Eigen::Array3f lo = root.c.array() - root.r, hi = root.c.array() + root.r;
     return {{lo[0], lo[1], lo[2], 0}, {hi[0], hi[1], hi[2], 0}};
 }
 
-std::optional<float> PosedTree::ood_score(int node) {
-    PosedSpheres& posed = state_->spheres();
-    if (state_->positions.rows().rows() == 0) return std::nullopt;
-    return std::visit(
-        [node](auto& bounds) -> std::optional<float> {
-            if constexpr (GatedBound<std::remove_cvref_t<decltype(bounds)>>) {
-                bounds.bound(node);
-                return bounds.ood_score(node);
-            } else {
-                return std::nullopt;
-            }
-        },
-        posed.bounds);
-}
-
 int PosedTree::nodes_bounded() const noexcept {
-    const PosedTreeState& s = *state_;
-    int count = 0;
-    if (s.is_of_nodes)
-        count = s.of_nodes->fitted();
-    else if ((s.is_wide || s.in_step) && !s.wide_is_stale)
-        count = s.of_surface->fitted();
-    if (s.posed_spheres && !s.spheres_are_stale) count += s.posed_spheres->nodes_bounded();
-    return count;
+    const std::optional<PosedWideTree>& wide = current_wide_tree();
+    return (wide ? wide->bounded() : 0) + (spheres_ ? spheres_->bounded() : 0);
 }
 
 int PosedTree::nodes_out_of_range() const noexcept {
-    const PosedTreeState& s = *state_;
-    int count = 0;
-    if (s.of_surface && !s.is_of_nodes && !s.wide_is_stale) count = s.of_surface->out_of_range();
-    if (s.posed_spheres && !s.spheres_are_stale) count += s.posed_spheres->nodes_out_of_range();
-    return count;
+    const std::optional<PosedWideTree>& wide = current_wide_tree();
+    return (wide ? wide->out_of_range() : 0) + (spheres_ ? spheres_->out_of_range() : 0);
 }
 
 BoundKind PosedTree::chosen() const noexcept {
-    const PosedTreeState& s = *state_;
-    if (s.kind != BoundKind::automatic) return s.kind;
-    return s.goes_wide ? bounds_of_auto(*s.tree, s.is_of_nodes, s.margin) : BoundKind::boxes;
+    if (kind_ != BoundKind::automatic) return kind_;
+    return bounds_of_auto(*tree_, !is_moved_by_positions(), margin_);
 }
-
-const CollisionTree& PosedTree::tree() const noexcept { return *state_->tree; }
 
 const WideTree* PosedTree::box_tree() const noexcept {
-    const PosedTreeState& s = *state_;
-    if (!s.is_wide || s.kind == BoundKind::automatic) return nullptr;
-    if (s.is_of_nodes) return &s.of_nodes->tree();
-    return s.of_surface ? &s.of_surface->tree() : nullptr;
+    return is_box(kind_) && kind_ != BoundKind::automatic ? &current_wide_tree()->tree() : nullptr;
 }
 
-BoundKind PosedTree::kind() const noexcept { return state_->kind; }
+void PosedTree::require_finite() const {
+    if (spheres_) spheres_->require_finite();
+    for (const auto* wide : {&of_nodes_, &of_surface_})
+        if (*wide) (*wide)->require_finite();
+}
+
+PosedTree::WideRoom PosedTree::wide_room() const noexcept {
+    WideRoom room;
+    for (const auto* wide : {&of_nodes_, &of_surface_})
+        if (*wide)
+            room = {std::max(room.packs, (*wide)->cluster_packs()),
+                    std::max(room.leaves, (*wide)->tree().leaves())};
+    return room;
+}
 
 }  // namespace nbd

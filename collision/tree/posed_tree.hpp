@@ -3,23 +3,18 @@
 #include <memory>
 #include <optional>
 
-#include "collision/geometry/box.hpp"
-#include "collision/geometry/vertex_view.hpp"
+#include "collision/nbd_tree/posed_nbd_tree.hpp"
 #include "collision/tree/collision_tree.hpp"
+#include "collision/wide_tree/posed_wide_tree.hpp"
 
 namespace nbd {
 
-class EmbeddedPositions;
-class Positions;
-struct PosedTreeState;
-
-/// A body's collision tree in its current pose. Each sphere is computed on first use in a pose and cached;
-/// the small box tree below a leaf is refitted on first visit. A body with `affine` or `learned_affine`
-/// bounds or `boxes` has a box tree instead, and makes the sphere tree, from all positions of its surface,
-/// only when a query with a body of another kind, or a question about a node, needs it. Before its first pose
-/// a body touches nothing. Reading writes these caches, so only one thread at a time may use a tree.
+/// A body's collision tree in its current pose: an NBD-Tree for `exact`, `bd` and `nbd` bounds, a wide tree
+/// for all others. What a query looks at is computed on first use in a pose and cached. Beside a body of the
+/// other form, and in a step, a body with an NBD-Tree has exact boxes of a wide tree. Before its first pose a
+/// body touches nothing. Reading writes these caches, so only one thread at a time may use a tree.
 ///
-/// `auto` bounds are those of bounds_of_auto(), or exact boxes with a body that has spheres.
+/// `auto` bounds are those of bounds_of_auto().
 class PosedTree {
  public:
     /// `tree` is shared, not copied. margin: finite, >= 0. It multiplies the radius of every sphere by
@@ -31,9 +26,6 @@ class PosedTree {
     /// no model for `kind`, no calibration of bounds that can miss and no margin is given, or the margin is
     /// out of range.
     PosedTree(std::shared_ptr<const CollisionTree> tree, BoundKind kind, std::optional<float> margin = {});
-    PosedTree(PosedTree&&) noexcept;
-    PosedTree& operator=(PosedTree&&) noexcept;
-    ~PosedTree();
 
     /// Starts a pose. x: [vertex_count, 3], world space, metres, finite; not copied, so the array must stay
     /// valid until the next call. `exact` and `boxes`
@@ -48,68 +40,102 @@ class PosedTree {
     /// before the first one, and may be given another.
     void begin_pose(VertexView x);
 
-    /// Starts a pose with positions that are computed on demand: all of them for `exact` and `boxes`, which
-    /// copy them once more, and for `learned_affine`, few for the other kinds. x: its begin_pose() was
-    /// called; must stay valid until the next call. `affine` bounds, and `auto` ones with an affine model,
-    /// take the nodes alone, by which the tree hangs as it was made: x must be of the same W.
+    /// Starts a pose with positions that are computed on demand: few of them for `bd` and `nbd`, all for the
+    /// other kinds. x: its begin_pose() was called; must stay valid until the next call. A body that
+    /// takes_nodes() takes the nodes alone, by which the tree hangs as it was made: x must be of the same W.
     void begin_pose(EmbeddedPositions& x);
 
-    /// Starts a pose of a body with `affine` bounds, or with `auto` ones and an affine model, and only of
-    /// such a one: it reads the nodes that carry the surface. nodes: [node_count, 3], world space, metres,
-    /// finite; valid until the next call, likewise.
+    /// Starts a pose of a body that takes_nodes(), and only of such a one. nodes: [node_count, 3], world
+    /// space, metres, finite; valid until the next call, likewise.
     void begin_pose_of_nodes(VertexView nodes);
 
     /// Starts a step of linear motion, for continuous collision detection: every vertex moves straight from
     /// its position in `start` to that in `end`, like x of begin_pose(). whole() and the boxes_within() of
     /// all queries then answer for the whole step: they leave out no faces that are within the distance at
-    /// any one time of it. A body with `boxes` or `affine` bounds in a pose is one that does not move. All
-    /// else sees the pose at the end. Bodies with spheres get the exact boxes of `boxes` in a step; in a
-    /// pose boxes_within() refuses them beside a body in a step.
+    /// any one time of it. A body in a pose beside one in a step does not move. All else sees the pose at the
+    /// end.
     void begin_step(VertexView start, VertexView end);
 
-    /// Likewise from the nodes at both ends, for a body as begin_pose_of_nodes() takes it.
+    /// Likewise from the nodes at both ends, for a body that takes_nodes().
     void begin_step_of_nodes(VertexView start, VertexView end);
 
-    /// Makes room for poses in which queries with bodies of its kind read all of this body. Such poses and
+    /// Makes room for poses in which queries with bodies of its form read all of this body. Such poses and
     /// queries then allocate nothing in it; else they do where they read more than any before, as does the
-    /// first query with a body whose bounds are of another form. About 1.3 kB for each of the tree's leaves,
-    /// which hold up to 16 faces; nothing for bounds without a box tree.
+    /// first query with a body of the other form. About 1.3 kB for each of the tree's leaves, which hold up
+    /// to 16 faces; nothing for an NBD-Tree.
     void reserve();
 
-    /// World-space sphere of a node in this pose; for bounds that are boxes, the sphere around the box. Not
-    /// finite where the node's positions are not.
+    /// Whether the nodes that carry the surface are all that the body reads, where poses give them: for
+    /// `affine` bounds, and for `auto` ones of a tree that hangs on nodes. Poses may give positions instead.
+    bool takes_nodes() const noexcept { return of_nodes_.has_value(); }
+    bool has_pose() const noexcept;
+
+    /// World-space sphere of a node in this pose; its rest sphere before the first one. Not finite where the
+    /// node's positions are not. Throws std::invalid_argument if the body has no NBD-Tree.
     const Sphere& sphere(int node);
 
-    /// World-space box of a node in this pose; empty for bounds that are spheres.
-    std::optional<Box> box(int node);
+    /// Out-of-distribution score of a node's input in this pose, see GatedBound; empty for bounds without
+    /// one, and where there is no pose.
+    std::optional<float> ood_score(int node);
 
     /// Box around the whole body in this pose, as its bounds have it: that of the root, or around its sphere;
     /// empty_box() before the first pose.
     /// Throws std::invalid_argument if it is made from numbers that are not finite.
     Box whole();
 
-    /// Out-of-distribution score of a node's input in this pose, see GatedBound; empty for bounds without
-    /// one, and where there is no pose.
-    std::optional<float> ood_score(int node);
-
     /// Number of distinct nodes bounded so far in this pose.
     int nodes_bounded() const noexcept;
     /// How many of these were bounded exactly because their input was out of the calibrated range.
     int nodes_out_of_range() const noexcept;
 
-    const CollisionTree& tree() const noexcept;
-    /// The tree of the boxes in this pose, for bounds that are walked down a box tree, except `auto`; null
-    /// for others. Before the first pose, as in the poses that the bounds are for.
-    const WideTree* box_tree() const noexcept;
-    BoundKind kind() const noexcept;
-    /// The bounds that the last query of pairs used: kind(), or what `auto` chose.
+    const CollisionTree& tree() const noexcept { return *tree_; }
+    BoundKind kind() const noexcept { return kind_; }
+    /// The bounds in this pose: kind(), or what `auto` chose.
     BoundKind chosen() const noexcept;
+    /// The wide tree in this pose, for bounds that have one, except `auto`; null for others. Before the first
+    /// pose, as in the poses that the bounds are for.
+    const WideTree* box_tree() const noexcept;
+
+    /// What queries walk. The NBD-Tree in this pose; null if the body has none, or is in a step.
+    PosedNbdTree* nbd_tree() noexcept;
+    /// The wide tree in this pose or step. A body with an NBD-Tree makes one, and reads all positions, when
+    /// it is first asked for.
+    PosedWideTree& wide_tree();
+    /// Throws std::invalid_argument, naming the first vertex or node, if a number that was read in this pose
+    /// so far is not finite. Queries call it before they answer.
+    void require_finite() const;
+
+    /// Room that walks of its wide trees may need: packs of clusters, and leaves.
+    struct WideRoom {
+        int packs = 0, leaves = 0;
+    };
+    WideRoom wide_room() const noexcept;
 
  private:
-    std::unique_ptr<PosedTreeState> state_;
-    friend class ClosestQuery;
-    friend class PairQuery;
-    friend class SelfQuery;
+    /// Calls start(), which begins a pose or a step. If it throws, or read what is not finite, there is no
+    /// pose, and the error goes on.
+    template <class Start>
+    void begin(const Start& start);
+    void set_pose(const Positions& x);
+    void forget_pose() noexcept;
+    void check_rows(const char* what, const VertexView& x) const;
+    void check_nodes(const char* what, const VertexView& x) const;
+    PosedWideTree& surface_boxes();
+    /// Whether the wide tree in this pose is of_surface_. Before the first pose: in the poses that the bounds
+    /// are for.
+    bool is_moved_by_positions() const noexcept {
+        return of_surface_ && (of_surface_->has_pose() || !of_nodes_);
+    }
+    const std::optional<PosedWideTree>& current_wide_tree() const noexcept {
+        return is_moved_by_positions() ? of_surface_ : of_nodes_;
+    }
+
+    std::shared_ptr<const CollisionTree> tree_;
+    BoundKind kind_;
+    std::optional<float> margin_;
+    std::optional<PosedNbdTree> spheres_;      // for bounds that are spheres
+    std::optional<PosedWideTree> of_nodes_;    // of a body that takes nodes
+    std::optional<PosedWideTree> of_surface_;  // moved by positions; empty until it is needed
 };
 
 }  // namespace nbd

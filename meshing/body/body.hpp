@@ -29,6 +29,9 @@ struct Body {
     Material material;
     std::vector<MaterialRegion> regions{};  // distinct tetrahedra and names; all others are of `material`
     ModeBasis modes;
+
+    /// W in single precision, as bounds and recordings take it.
+    SurfaceEmbedding float_weights() const { return W.cast<float>(); }
 };
 
 /// The body's material with Young's modulus and density in the mean over its volume.

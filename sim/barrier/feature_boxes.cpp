@@ -1,6 +1,6 @@
 #include "sim/barrier/feature_boxes.hpp"
 
-#include "collision/continuous/pair_boxes.hpp"
+#include "collision/continuous/feature_pair.hpp"
 
 namespace nbd {
 

@@ -47,7 +47,7 @@ double fastest_within(const Box& region, const ContactParty& body, const Eigen::
 /// every vertex is a node.
 double tree_error(const ContactParty& body) {
     double share = 0x1p-24;
-    if (body.tree->kind() == BoundKind::affine) share += double{body.tree->tree().affine->rounding()};
+    if (body.tree->takes_nodes()) share += double{body.tree->tree().affine->rounding()};
     return share * body.state.x.cwiseAbs().maxCoeff();
 }
 

@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "collision/bounds/affine/wide_tree.hpp"
+#include "collision/wide_tree/wide_tree.hpp"
 #include "sim/patches/surface_normals.hpp"
 
 namespace nbd {

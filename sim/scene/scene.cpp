@@ -169,8 +169,7 @@ void read_bounds(JsonObject& from, const std::filesystem::path& base, SceneBody&
                                          {"exact", "boxes", "bd", "nbd", "learned_affine", "affine", "auto"},
                                          instead_of_bound));
     body.margin = from.optional_number("margin", {0, 10, "between 0 and 10"});
-    if (is_exact(body.bounds) || body.bounds == BoundKind::affine || body.bounds == BoundKind::automatic)
-        return;
+    if (!can_miss(body.bounds)) return;
     if (!from.has("tree"))
         from.problem("tree",
                      fmt::format("is missing: bounds \"{}\" are learned or precomputed and need a tree file",

@@ -88,15 +88,16 @@ std::vector<int> nodes_in(const Region& region, NodesRef x) {
 
 std::shared_ptr<const CollisionTree> scene_tree(const SceneBody& spec, const LoadedBody& loaded) {
     const Body& body = *loaded.body;
-    const bool is_affine = spec.bounds == BoundKind::affine, is_auto = spec.bounds == BoundKind::automatic;
-    const bool needs_nodes = is_affine || is_auto;
-    if (!loaded.tree && !is_exact(spec.bounds) && !needs_nodes)
+    const bool hangs = reads_nodes(spec.bounds);
+    if (!loaded.tree && can_miss(spec.bounds))
         throw std::invalid_argument(fmt::format("bounds \"{}\" need a tree", name(spec.bounds)));
-    if (loaded.tree && (!needs_nodes || loaded.tree->affine)) return loaded.tree;
+    if (loaded.tree && (!hangs || loaded.tree->affine)) return loaded.tree;
     CollisionTree tree =
         loaded.tree ? *loaded.tree : make_exact_tree(body.surface.X.cast<float>(), body.surface.F);
-    if (is_affine) hang_on_nodes(tree, body.W.cast<float>(), body.tets.X.cast<float>());
-    if (is_auto) hang_on_body(tree, body, spec.name);
+    if (spec.bounds == BoundKind::affine)
+        hang_on_nodes(tree, body.float_weights(), body.tets.X.cast<float>());
+    else if (hangs)
+        hang_on_body(tree, body, spec.name);
     return std::make_shared<const CollisionTree>(std::move(tree));
 }
 

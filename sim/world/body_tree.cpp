@@ -9,7 +9,7 @@
 namespace nbd {
 
 void hang_on_body(CollisionTree& tree, const Body& body, std::string_view name) try {
-    hang_on_nodes(tree, body.W.cast<float>(), body.tets.X.cast<float>());
+    hang_on_nodes(tree, body.float_weights(), body.tets.X.cast<float>());
 } catch (const std::invalid_argument& error) {
     notice(fmt::format("{}: bounds \"auto\" are boxes, as affine ones are not possible: {}", name,
                        error.what()));

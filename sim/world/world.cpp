@@ -89,7 +89,7 @@ int World::add_body(WorldBody body) {
                 "world: a collision tree belongs to another surface than that of its body");
         const BoundKind bounds = exact_for_auto(*body.tree, body.bounds);
         tree = std::make_unique<PosedTree>(body.tree, bounds, body.margin);
-        if (bounds == BoundKind::affine && !body.tree->affine->hangs_by(body.W.cast<float>()))
+        if (tree->takes_nodes() && !body.tree->affine->hangs_by(body.W.cast<float>()))
             throw std::invalid_argument(
                 "world: the affine bounds of a collision tree have other weights than the body");
     }
@@ -175,7 +175,7 @@ std::vector<FacePair> World::intersecting(int a, int b) {
 }
 
 void World::begin_pose(Body& body, PosedTree& tree) {
-    if (tree.kind() != BoundKind::affine) return tree.begin_pose(body.surface.x_float());
+    if (!tree.takes_nodes()) return tree.begin_pose(body.surface.x_float());
     body.nodes = body.state.x.cast<float>();
     tree.begin_pose_of_nodes(body.nodes);
 }

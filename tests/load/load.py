@@ -257,8 +257,8 @@ class Load:
               flush=True)
         self.make("train", "body.h5", "poses.h5", "-o", "tree.h5", "--epochs", "2")
         for line in ["inspect long.h5", "inspect --check long.h5 --body body.h5",
-                     "evaluate tree.h5 long.h5 --bounds boxes,nbd --margins 0 --max-frames 1000",
-                     "evaluate tree.h5 long.h5 --bounds boxes,nbd --margins 0",
+                     "evaluate tree.h5 long.h5 --bounds exact,nbd --margins 0 --max-frames 1000",
+                     "evaluate tree.h5 long.h5 --bounds exact,nbd --margins 0",
                      "calibrate tree.h5 long.h5 -o calibrated.h5 --miss-rate 0.01 --memory 50",
                      "coverage tree.h5 long.h5 --contacts 5",
                      "remap long.h5 --from body.h5 --to fine.h5 -o fine_poses.h5 --trajectories 4",

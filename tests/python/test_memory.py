@@ -116,21 +116,25 @@ def test_row_3_poses_refer_to_arrays(beam, tree_file):
         del copies
         gc.collect()
         assert all(reference() is not None for reference in alive)
-        sphere = tree.sphere(0)
+        whole = tree.whole()
         tree.begin_pose(x)  # ends the pose before
         gc.collect()
         assert all(reference() is None for reference in alive)
-        return sphere
+        return whole
 
     by_surface = kept(posed(affine), nbd.PosedTree.begin_pose, x)
     by_nodes = kept(posed(affine, "affine"), nbd.PosedTree.begin_pose_of_nodes, nodes)
     assert np.allclose(by_surface[0], by_nodes[0], atol=1e-3)
     kept(posed(affine), nbd.PosedTree.begin_step, x, x + np.float32(0.1))
-    # Boxes are made from the caller's memory when a query first needs them, so they show what was changed before.
-    mine, tree = x.copy(), posed(affine, "boxes")
+    # Leaves are made from the caller's memory when a query first needs them, so they show what was changed before.
+    mine, still, tree, other = x.copy(), posed(affine), posed(affine), posed(affine)
+    still.begin_pose(x)
     tree.begin_pose(mine)
-    mine *= 2
-    assert tree.sphere(0)[1] == pytest.approx(2 * by_surface[1], rel=0.01)
+    far = x + np.float32([10, 0, 0])
+    other.begin_pose(far)
+    mine[:, 0] += np.float32(0.01)
+    apart, nearer = (nbd.ClosestQuery().closest(a, other)["distance"] for a in (still, tree))
+    assert nearer == pytest.approx(apart - 0.01, rel=1e-4)
 
 
 def test_row_4_a_pose_of_a_world_refers_to_it(beam):
@@ -175,7 +179,8 @@ def test_row_6_answers_are_new_arrays(beam, tree_file, poses):
     a, b, query, reader = posed(tree), posed(tree), nbd.PairQuery(), nbd.RecordingReader(poses)
     a.begin_pose(x)
     b.begin_pose(x + np.float32([0.01, 0, 0]))
-    body = nbd.MovingBody(x, beam.F)
+    body, spheres = nbd.MovingBody(x, beam.F), posed(tree, "exact")
+    spheres.begin_pose(x)
     calls = {
         "MovingBody.at": lambda: body.at(0.5),
         "FeatureQuery.candidates": lambda: nbd.FeatureQuery().candidates([body], 0.1)["edge_edge"],
@@ -192,7 +197,7 @@ def test_row_6_answers_are_new_arrays(beam, tree_file, poses):
         "Body.surface_positions": lambda: beam.surface_positions(beam.X),
         "TreeFile.surface_positions": lambda: tree_file.surface_positions(beam.X),
         "CollisionTree.rest_spheres": lambda: tree.rest_spheres, "CollisionTree.node_depths": lambda: tree.node_depths,
-        "PosedTree.sphere": lambda: a.sphere(0)[0], "PosedTree.box": lambda: a.box(0)[0],
+        "PosedTree.sphere": lambda: spheres.sphere(0)[0],
         "PosedTree.whole": lambda: a.whole()[1],
         "calibrations": lambda: tree.calibrations["learned_affine"]["margins"],
     }

@@ -2,8 +2,8 @@
 
 #include <random>
 
-#include "collision/bounds/learned/modal_coordinates.hpp"
 #include "collision/geometry/geometry.hpp"
+#include "collision/nbd_tree/modal_coordinates.hpp"
 
 namespace nbd::shapes {
 

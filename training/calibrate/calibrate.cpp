@@ -7,7 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "collision/bounds/bound.hpp"
+#include "collision/bounds/calibration.hpp"
 #include "training/calibrate/conformal.hpp"
 #include "training/calibrate/coordinate_spread.hpp"
 #include "training/calibrate/shape_scores.hpp"

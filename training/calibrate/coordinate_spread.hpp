@@ -2,7 +2,7 @@
 
 #include <span>
 
-#include "collision/bounds/learned/nbd_model.hpp"
+#include "collision/nbd_tree/nbd_bound.hpp"
 #include "training/files/frame_source.hpp"
 #include "training/networks/mlp.hpp"
 

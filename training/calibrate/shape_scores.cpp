@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "collision/bounds/learned/nbd_bound.hpp"
+#include "collision/nbd_tree/nbd_bound.hpp"
 #include "training/calibrate/coordinate_spread.hpp"
 
 namespace nbd {

@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "collision/base/stop.hpp"
-#include "collision/query/missing_pairs.hpp"
+#include "collision/geometry/face_pair_set.hpp"
 #include "collision/query/pair_query.hpp"
 #include "meshing/progress/progress.hpp"
 #include "training/evaluate/contact_placement.hpp"
@@ -80,7 +80,7 @@ struct Candidate {
         begin_pose(b, scene.b);
     }
     static void begin_pose(PosedTree& tree, const Pose& pose) {
-        if (tree.kind() == BoundKind::affine)
+        if (tree.takes_nodes())
             tree.begin_pose_of_nodes(pose.nodes);
         else
             tree.begin_pose(pose.x);
@@ -115,8 +115,7 @@ std::vector<ContactScenesRow> check_contact_scenes(const SurfaceBody& body,
             fmt::format("{} contact scenes {} radii deep; allowed: 1 or more, and above 0 to 1",
                         config.scenes, config.deepest));
     if (frames.empty()) throw std::invalid_argument("no frames to make contact scenes from");
-    const bool has_affine = tree->affine && std::ranges::find(kinds, BoundKind::affine) != kinds.end();
-    SceneMaker maker(body, tree, config.deepest, has_affine);
+    SceneMaker maker(body, tree, config.deepest, tree->affine && std::ranges::any_of(kinds, reads_nodes));
     Candidate exact{PosedTree(tree, BoundKind::exact), PosedTree(tree, BoundKind::exact)};
     std::vector<Candidate> candidates;
     for (const BoundKind kind : kinds)

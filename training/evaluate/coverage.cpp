@@ -3,15 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
-#include <optional>
 #include <stdexcept>
-#include <utility>
 
-#include "collision/geometry/bounding_box.hpp"
-#include "collision/geometry/bounding_sphere.hpp"
-#include "collision/tree/posed_tree.hpp"
-#include "training/evaluate/wide_coverage.hpp"
+#include "training/evaluate/bound_nodes.hpp"
 
 namespace nbd {
 namespace {
@@ -31,62 +25,21 @@ struct DepthSums {
     }
 };
 
-/// Result for one node: number of vertices outside, and its bound's size / exact size - 1.
-struct NodeOutcome {
-    long outside = 0;
-    double inflation = 0;
-};
-
-double inflation(double size, double exact) {
-    return size / std::max(exact, double{std::numeric_limits<float>::min()}) - 1;
-}
-
-NodeOutcome outcome(const Sphere& s, VerticesRef x, std::span<const int> vertices) {
-    const double r = s.r;
-    NodeOutcome result{0, inflation(r, bounding_sphere(x, vertices).r)};
-    for (const int v : vertices)
-        result.outside += (x.row(v).transpose() - s.c).cast<double>().squaredNorm() > r * r;
-    return result;
-}
-
-/// The size of a box is its diagonal.
-NodeOutcome outcome(const Box& box, VerticesRef x, std::span<const int> vertices) {
-    const Box exact = bounding_box(VertexView::as_long_as(x), vertices);
-    const auto size = [](const Box& b) { return double{(b.hi - b.lo).matrix().norm()}; };
-    NodeOutcome result{0, inflation(size(box), size(exact))};
-    for (const int v : vertices) {
-        const Eigen::Array3f p = x.row(v).transpose();
-        result.outside += !((p >= box.lo.head<3>()).all() && (p <= box.hi.head<3>()).all());
+void add_pose(BoundNodes& bounds, VerticesRef x, std::span<const Sphere> exact,
+              std::vector<DepthSums>& depths) {
+    const std::span<const BoundNode> nodes = bounds.pose(x, exact);
+    constexpr double as_it_is[] = {1};
+    for (std::size_t begin = 0, end; begin < nodes.size(); begin = end) {
+        DepthSums bound{.nodes = 1, .out_of_range = nodes[begin].out_of_range};
+        for (end = begin; end < nodes.size() && nodes[end].bound == nodes[begin].bound; ++end) {
+            bound.vertices += nodes[end].vertices;
+            bound.outside += bounds.outside(end, x, as_it_is)[0];
+            bound.inflation += nodes[end].inflation;
+        }
+        bound.missing = bound.outside > 0;
+        bound.inflation /= static_cast<double>(end - begin);
+        depths[nodes[begin].level] += bound;
     }
-    return result;
-}
-
-void add_pose(PosedTree& posed, VerticesRef x, std::vector<DepthSums>& depths) {
-    posed.begin_pose(VertexView::as_long_as(x));
-    const SphereTree& tree = posed.tree().spheres;
-    for (int i = 0; i < std::ssize(tree.nodes); ++i) {
-        const int exact_before = posed.nodes_out_of_range();
-        const std::span<const int> vertices = tree.node_vertices(i);
-        const std::optional<Box> box = posed.box(i);
-        const NodeOutcome node = box ? outcome(*box, x, vertices) : outcome(posed.sphere(i), x, vertices);
-        DepthSums& sums = depths[tree.nodes[i].depth];
-        sums.nodes += 1;
-        sums.vertices += static_cast<long>(vertices.size());
-        sums.missing += node.outside > 0;
-        sums.outside += node.outside;
-        sums.out_of_range += posed.nodes_out_of_range() - exact_before;
-        sums.inflation += node.inflation;
-    }
-}
-
-void add_pose(WideCoverage& wide, VerticesRef x, std::vector<DepthSums>& depths) {
-    for (const WideOutcome& outcome : wide.measure(x))
-        depths[outcome.level] += {.nodes = 1,
-                                  .vertices = outcome.vertices,
-                                  .missing = outcome.outside > 0,
-                                  .outside = outcome.outside,
-                                  .out_of_range = outcome.out_of_range,
-                                  .inflation = outcome.inflation};
 }
 
 double share(long part, long all) { return static_cast<double>(part) / static_cast<double>(all); }
@@ -118,20 +71,14 @@ std::vector<CoverageRow> measure_coverage(const SurfaceBody& body,
                 ? fmt::format("{} bounds of the tree are not calibrated", name(kind))
                 : fmt::format("{} bounds never miss, so they have no coverage to measure", name(kind)));
     if (frames.empty()) throw std::invalid_argument("no frame to measure coverage on");
-    const bool is_wide = kind == BoundKind::learned_affine;
-    std::vector<PosedTree> posed;
-    std::vector<WideCoverage> wide;
-    for (int slot = 0; slot < frame_slots; ++slot)
-        if (is_wide)
-            wide.emplace_back(*tree);
-        else
-            posed.emplace_back(tree, kind);
-    const std::size_t depths = is_wide ? WideCoverage::levels : tree->spheres.depth() + 1;
+    std::vector<std::unique_ptr<BoundNodes>> bounds;
+    std::vector<std::vector<Sphere>> exact(frame_slots);
+    for (int slot = 0; slot < frame_slots; ++slot) bounds.push_back(bound_nodes(tree, kind, {}));
+    const std::size_t depths = bounds.front()->levels();
     std::vector<std::vector<DepthSums>> poses(frames.size(), std::vector<DepthSums>(depths));
     for_each_frame(body, recording, frames, [&](int slot, int index, VerticesRef x) {
-        const std::size_t s = slot;
-        std::vector<DepthSums>& sums = poses[index];
-        is_wide ? add_pose(wide[s], x, sums) : add_pose(posed[s], x, sums);
+        if (!is_box(kind)) exact_spheres(tree->spheres, x, exact[slot]);
+        add_pose(*bounds[slot], x, exact[slot], poses[index]);
     });
 
     std::vector<CoverageRow> rows;

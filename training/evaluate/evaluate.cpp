@@ -7,11 +7,8 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
-#include <variant>
 
-#include "collision/geometry/bounding_sphere.hpp"
-#include "collision/tree/posed_tree.hpp"
-#include "training/evaluate/wide_coverage.hpp"
+#include "training/evaluate/bound_nodes.hpp"
 #include "training/files/recording_hash.hpp"
 
 namespace nbd {
@@ -44,96 +41,38 @@ struct Sums {
         vertices += other.vertices;
     }
 
-    /// Adds a node of so many vertices. s, truth: its bound and the exact one. outside(k, factor): vertices
-    /// outside of the bound times this factor, for the k-th margin.
-    template <class Outside>
-    void add_node(Eigen::Index depth, std::size_t vertex_count, const Sphere& s, const Sphere& truth,
-                  const std::vector<double>& margins, const Outside& count_outside) {
-        const double size = std::max(truth.r, std::numeric_limits<float>::min());
+    /// lost: vertices outside of the bound with each margin.
+    void add(const BoundNode& node, const std::vector<double>& margins, std::span<const long> lost) {
+        const Eigen::Index depth = node.level;
+        const double exact = node.exact.r, size = std::max(node.exact.r, std::numeric_limits<float>::min());
         ++nodes[depth];
-        vertices[depth] += static_cast<long>(vertex_count);
-        centre_error[depth] += static_cast<double>((s.c - truth.c).norm()) / size;
+        vertices[depth] += node.vertices;
+        centre_error[depth] += static_cast<double>((node.sphere.c - node.exact.c).norm()) / size;
         for (std::size_t k = 0; k < margins.size(); ++k) {
-            const Eigen::Index row = k;
-            const double r = static_cast<double>(s.r) * (1 + margins[k]);
-            const long lost = count_outside(r, 1 + margins[k]);
-            inflation(row, depth) += (r - static_cast<double>(truth.r)) / size;
-            radius_error(row, depth) += std::abs(r - static_cast<double>(truth.r)) / size;
-            outside(row, depth) += lost;
-            missing(row, depth) += lost > 0;
+            const double r = node.sphere.r * (1 + margins[k]);
+            inflation(k, depth) += (r - exact) / size;
+            radius_error(k, depth) += std::abs(r - exact) / size;
+            outside(k, depth) += lost[k];
+            missing(k, depth) += lost[k] > 0;
         }
     }
-};
-
-/// Spheres of the tree in a pose, and their sums, per slot of the stream.
-class SphereProbe {
- public:
-    SphereProbe(const std::shared_ptr<const CollisionTree>& tree, BoundKind kind) : posed_(tree, kind, 0.f) {}
-
-    void add_frame(VerticesRef x, const std::vector<Sphere>& exact, const std::vector<double>& margins,
-                   Sums& sums) {
-        posed_.begin_pose(VertexView::as_long_as(x));
-        const SphereTree& tree = posed_.tree().spheres;
-        for (int i = 0; i < std::ssize(tree.nodes); ++i) {
-            const Sphere s = posed_.sphere(i);
-            const std::span<const int> vertices = tree.node_vertices(i);
-            squared_.resize(vertices.size());
-            for (std::size_t j = 0; j < vertices.size(); ++j)
-                squared_[j] = (x.row(vertices[j]).transpose() - s.c).cast<double>().squaredNorm();
-            sums.add_node(tree.nodes[i].depth, vertices.size(), s, exact[i], margins,
-                          [&](double r, double) { return (squared_.array() > r * r).count(); });
-        }
-    }
-
- private:
-    PosedTree posed_;
-    Eigen::VectorXd squared_;  // scratch: distances of a node's vertices from the centre
-};
-
-/// The sphere around a box.
-Sphere around(const Box& box) {
-    return {((box.lo + box.hi) / 2).head<3>().matrix(), static_cast<float>(diagonal(box) / 2)};
-}
-
-/// Likewise of `learned_affine` boxes, whose radius is half their diagonal; a margin scales a box about its
-/// centre.
-class BoxProbe {
- public:
-    explicit BoxProbe(const CollisionTree& tree)
-        : nodes_(tree, node_margins(tree, BoundKind::learned_affine, 0.f)) {}
-
-    void add_frame(VerticesRef x, const std::vector<double>& margins, Sums& sums) {
-        for (const WideNode& node : nodes_.pose(x)) {
-            const Eigen::Array4f c = (node.box.lo + node.box.hi) / 2, half = (node.box.hi - node.box.lo) / 2;
-            sums.add_node(node.level, nodes_.vertices(node), around(node.box), around(node.exact), margins,
-                          [&](double, double factor) {
-                              if (factor == 1) return nodes_.outside(node, node.box, x);
-                              const Eigen::Array4f grown = half * static_cast<float>(factor);
-                              return nodes_.outside(node, {c - grown, c + grown}, x);
-                          });
-        }
-    }
-
- private:
-    WideNodes nodes_;
 };
 
 /// One bound and its sums, per slot of the stream.
 struct Probe {
     BoundKind kind;
+    std::unique_ptr<BoundNodes> bounds;
     Sums sums;
-    std::variant<SphereProbe, BoxProbe> bounds;
 
     Probe(const std::shared_ptr<const CollisionTree>& tree, BoundKind bound, Eigen::Index margins)
-        : kind(bound), sums(margins, levels(*tree, bound)), bounds(make(tree, bound)) {}
+        : kind(bound), bounds(bound_nodes(tree, bound, 0.f)), sums(margins, bounds->levels()) {}
 
-    static Eigen::Index levels(const CollisionTree& tree, BoundKind kind) {
-        return kind == BoundKind::learned_affine ? WideNodes::levels : tree.spheres.depth() + 1;
-    }
-    static std::variant<SphereProbe, BoxProbe> make(const std::shared_ptr<const CollisionTree>& tree,
-                                                    BoundKind kind) {
-        if (kind == BoundKind::learned_affine) return BoxProbe(*tree);
-        return SphereProbe(tree, kind);
+    void add_frame(VerticesRef x, std::span<const Sphere> exact, const std::vector<double>& margins) {
+        std::vector<double> factors;
+        for (const double margin : margins) factors.push_back(1 + margin);
+        const std::span<const BoundNode> nodes = bounds->pose(x, exact);
+        for (std::size_t i = 0; i < nodes.size(); ++i)
+            sums.add(nodes[i], margins, bounds->outside(i, x, factors));
     }
 };
 
@@ -154,11 +93,12 @@ void check(const SurfaceBody& body, const CollisionTree& tree, std::span<const F
 void check_bounds(const CollisionTree& tree, const EvaluateConfig& config) {
     std::vector<std::string_view> names;
     for (const BoundKind kind : config.bounds) names.push_back(name(kind));
-    if (std::ranges::find(config.bounds, BoundKind::affine) != config.bounds.end())
-        throw std::invalid_argument(
-            "affine bounds are not those of the tree's nodes, which are evaluated; `nbdtree coverage` "
-            "measures "
-            "them");
+    for (const BoundKind kind : config.bounds)
+        if (is_box(kind) && kind != BoundKind::learned_affine)
+            throw std::invalid_argument(
+                fmt::format("{} bounds are not those of the tree's nodes, which are evaluated; "
+                            "`nbdtree coverage` measures them",
+                            name(kind)));
     if (std::ranges::none_of(config.bounds, [&](BoundKind kind) { return has_bounds(tree, kind); }))
         throw std::invalid_argument(fmt::format("the tree has no {} bounds", fmt::join(names, ", ")));
 }
@@ -172,7 +112,6 @@ std::vector<EvaluationRow> evaluate_frames(const SurfaceBody& body,
     check(body, *tree, frames, name, config);
     const std::vector<FrameId> chosen =
         spread(frames, config.max_frames > 0 ? config.max_frames : std::numeric_limits<int>::max());
-    const SphereTree& spheres = tree->spheres;
     const Eigen::Index margins = config.margins.size();
 
     std::vector<std::vector<Probe>> probes(frame_slots);
@@ -181,22 +120,15 @@ std::vector<EvaluationRow> evaluate_frames(const SurfaceBody& body,
         for (const BoundKind kind : config.bounds)
             if (has_bounds(*tree, kind)) slot.emplace_back(tree, kind, margins);
     for_each_pose(body, recording, chosen, [&](int slot, int, VerticesRef x, VerticesRef) {
-        std::vector<Sphere>& truth = exact[slot];
-        truth.clear();
-        for (int i = 0; i < std::ssize(spheres.nodes); ++i)
-            truth.push_back(bounding_sphere(x, spheres.node_vertices(i)));
-        for (Probe& probe : probes[slot])
-            if (auto* boxes = std::get_if<BoxProbe>(&probe.bounds))
-                boxes->add_frame(x, config.margins, probe.sums);
-            else
-                std::get<SphereProbe>(probe.bounds).add_frame(x, truth, config.margins, probe.sums);
+        exact_spheres(tree->spheres, x, exact[slot]);
+        for (Probe& probe : probes[slot]) probe.add_frame(x, exact[slot], config.margins);
     });
 
     const long poses = chosen.size();
     std::vector<EvaluationRow> rows;
     for (std::size_t b = 0; b < probes.front().size(); ++b) {
         const BoundKind kind = probes.front()[b].kind;
-        const Eigen::Index depths = Probe::levels(*tree, kind);
+        const Eigen::Index depths = probes.front()[b].bounds->levels();
         Sums sums(margins, depths);
         for (const auto& slot : probes) sums += slot[b].sums;
         for (Eigen::Index k = 0; k < margins; ++k)

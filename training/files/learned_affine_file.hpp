@@ -1,6 +1,6 @@
 #pragma once
 
-#include "collision/bounds/affine/learned_affine_model.hpp"
+#include "collision/wide_tree/learned_affine.hpp"
 #include "meshing/h5/reader.hpp"
 #include "meshing/h5/writer.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <span>
 
-#include "collision/bounds/learned/modal_coordinates.hpp"
+#include "collision/nbd_tree/modal_coordinates.hpp"
 #include "training/files/frame_source.hpp"
 #include "training/files/surface_body.hpp"
 #include "training/learn/k_means.hpp"

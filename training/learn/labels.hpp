@@ -3,8 +3,8 @@
 #include <span>
 #include <string_view>
 
-#include "collision/bounds/learned/modal_coordinates.hpp"
-#include "collision/topology/sphere_tree.hpp"
+#include "collision/nbd_tree/modal_coordinates.hpp"
+#include "collision/nbd_tree/sphere_tree.hpp"
 #include "training/files/frame_source.hpp"
 #include "training/files/surface_body.hpp"
 #include "training/networks/mlp.hpp"

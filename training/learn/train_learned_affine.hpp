@@ -6,7 +6,7 @@
 #include <span>
 #include <string_view>
 
-#include "collision/bounds/affine/learned_affine_model.hpp"
+#include "collision/wide_tree/learned_affine.hpp"
 #include "training/files/frame_source.hpp"
 #include "training/files/surface_body.hpp"
 

@@ -9,7 +9,7 @@
 
 #include "collision/base/counter_random.hpp"
 #include "collision/base/stopwatch.hpp"
-#include "collision/bounds/learned/bd_model.hpp"
+#include "collision/nbd_tree/bd_bound.hpp"
 #include "training/files/frame_stream.hpp"
 #include "training/networks/checkpoint.hpp"
 #include "training/networks/linear_centre.hpp"

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "collision/topology/sphere_tree.hpp"
+#include "collision/nbd_tree/sphere_tree.hpp"
 #include "training/files/frame_source.hpp"
 #include "training/files/tree_file.hpp"
 #include "training/learn/cluster_modes.hpp"

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "collision/bounds/learned/mlp_shape.hpp"
+#include "collision/nbd_tree/nbd_networks.hpp"
 
 namespace nbd {
 

@@ -2,7 +2,7 @@
 
 #include <span>
 
-#include "collision/bounds/learned/nbd_networks.hpp"
+#include "collision/nbd_tree/nbd_networks.hpp"
 #include "training/networks/mlp.hpp"
 
 namespace nbd {

@@ -71,7 +71,7 @@ Stage draw_stage(const BenchBody& body, WildPose pose, const ExactnessConfig& co
 }
 
 void begin_pose(PosedTree& tree, const Vertices& x, const Vertices& nodes) {
-    if (tree.kind() == BoundKind::affine || tree.kind() == BoundKind::automatic)
+    if (tree.takes_nodes())
         tree.begin_pose_of_nodes(nodes);
     else
         tree.begin_pose(x);

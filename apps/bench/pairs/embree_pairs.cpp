@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "collision/geometry/box.hpp"
-#include "collision/query/keep_intersecting.hpp"
+#include "collision/query/narrow_phase.hpp"
 
 namespace nbd {
 namespace {

@@ -8,8 +8,8 @@
 #include <stdexcept>
 
 #include "collision/kernels/lane_mask.hpp"
-#include "collision/query/keep_intersecting.hpp"
-#include "collision/topology/sphere_tree.hpp"
+#include "collision/nbd_tree/sphere_tree.hpp"
+#include "collision/query/narrow_phase.hpp"
 
 namespace nbd {
 namespace {

@@ -28,7 +28,7 @@ class TreeMethod : public PairMethod {
     PairQuery query_;
 };
 
-/// The broad phase alone, down to the leaves of the sphere trees; finds no pairs.
+/// The broad phase of NBD-Trees alone, down to their leaves; finds no pairs.
 class BroadPhase final : public TreeMethod {
  public:
     using TreeMethod::TreeMethod;
@@ -169,11 +169,12 @@ std::vector<PairMethodEntry> tree_methods(const BenchBody& body) {
              .reads_nodes = true,
              .make = [kind](const BenchBody& b) { return std::make_unique<EmbeddedTreeMethod>(b, kind); },
              .bounds = kind});
-        methods.push_back(
-            {.name = fmt::format("{} broad phase", name(kind)),
-             .exact = false,
-             .make = [kind](const BenchBody& b) { return std::make_unique<BroadPhase>(b.tree, kind); },
-             .answers = false});
+        if (!is_box(kind))
+            methods.push_back(
+                {.name = fmt::format("{} broad phase", name(kind)),
+                 .exact = false,
+                 .make = [kind](const BenchBody& b) { return std::make_unique<BroadPhase>(b.tree, kind); },
+                 .answers = false});
     }
     return methods;
 }

@@ -12,7 +12,7 @@
 #include "apps/bench/measure/median.hpp"
 #include "apps/bench/pairs/lazy_boxes.hpp"
 #include "collision/base/stopwatch.hpp"
-#include "collision/query/missing_pairs.hpp"
+#include "collision/geometry/face_pair_set.hpp"
 
 namespace nbd {
 namespace {

@@ -29,14 +29,12 @@ void begin_pose(PosedTreeObject& self, py::handle x, bool check) {
 }
 
 Eigen::Index carrying_nodes(const PosedTreeObject& self) {
-    const CollisionTree& tree = self.tree.tree();
-    const BoundKind kind = self.tree.kind();
-    if (!tree.affine || (kind != BoundKind::affine && kind != BoundKind::automatic))
+    if (!self.tree.takes_nodes())
         throw std::invalid_argument(
             fmt::format("PosedTree: poses of nodes need affine or auto bounds and a tree that hangs on "
                         "nodes; these are {}",
-                        name(kind)));
-    return tree.affine->node_count();
+                        name(self.tree.kind())));
+    return self.tree.tree().affine->node_count();
 }
 
 void begin_pose_of_nodes(PosedTreeObject& self, py::handle x, bool check) {
@@ -70,13 +68,6 @@ py::tuple corners(const Box& box) {
     return py::make_tuple(owned(Eigen::Vector3f(box.lo.head<3>())), owned(Eigen::Vector3f(box.hi.head<3>())));
 }
 
-py::object box_of(PosedTreeObject& self, int node) {
-    check_node(self.tree.tree(), node);
-    const UsePoses use = use_pose(self);
-    const std::optional<Box> box = self.tree.box(node);
-    return box ? py::object(corners(*box)) : py::none();
-}
-
 }  // namespace
 
 void bind_posed_trees(py::module_& m) {
@@ -99,10 +90,8 @@ void bind_posed_trees(py::module_& m) {
              "Starts a step of linear motion between two arrays as begin_pose() takes them: boxes_within() "
              "then answers for the whole step.")
         .def("sphere", &sphere_of, py::arg("node"),
-             "Centre [3] and radius of a node in this pose, metres. Raises RuntimeError before the first "
-             "pose.")
-        .def("box", &box_of, py::arg("node"),
-             "Corners of a node's box [3] [3], metres; None for bounds that are spheres.")
+             "Centre [3] and radius of a node in this pose, metres: of exact, bd and nbd bounds. Raises "
+             "RuntimeError before the first pose.")
         .def(
             "whole",
             [](PosedTreeObject& self) {
@@ -118,7 +107,7 @@ void bind_posed_trees(py::module_& m) {
             "bounds", [](const PosedTreeObject& self) { return std::string(name(self.tree.kind())); })
         .def_property_readonly(
             "chosen", [](const PosedTreeObject& self) { return std::string(name(self.tree.chosen())); },
-            "The bounds that the last query used: those that auto chose, else `bounds`.");
+            "The bounds in this pose: those that auto chose, else `bounds`.");
 }
 
 }  // namespace nbd::python

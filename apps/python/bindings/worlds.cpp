@@ -177,7 +177,7 @@ void begin_pose_of_world(WorldObject& self, int body, PosedTreeObject& tree) {
     const ContactSurface& surface = self.world.surface(checked(self, body));
     if (asked.vertex_count != surface.vertex_count() || asked.faces != surface.F())
         throw std::invalid_argument("PosedTree: is of another surface than the body's");
-    if (tree.tree.kind() == BoundKind::affine && !asked.affine->hangs_by(surface.W().cast<float>()))
+    if (tree.tree.takes_nodes() && !asked.affine->hangs_by(surface.W().cast<float>()))
         throw std::invalid_argument("PosedTree: its affine bounds have other weights than the body");
     const Use use(self.posing->lock, "World"), use_tree(tree.lock, "PosedTree");
     tree.pose([&] { self.world.begin_pose(body, tree.tree); }, py::cast(&self));

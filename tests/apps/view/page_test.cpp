@@ -146,7 +146,7 @@ TEST(BoxLevels, EachLevelBoundsTheWholeBodyAndNoMoreBoxesComeThanAskedFor) {
     const ViewMesh mesh = sheet(50);  // several clusters
     SurfaceEmbedding W(mesh.X.rows(), mesh.X.rows());
     W.setIdentity();
-    AffineBoxes boxes(std::make_shared<const AffineModel>(mesh.F, mesh.X.rows(), W, mesh.X));
+    PosedWideTree boxes(std::make_shared<const AffineModel>(mesh.F, mesh.X.rows(), W, mesh.X));
     const Vertices x = 2.f * mesh.X;
     boxes.begin_pose(x);
     const auto levels = box_levels(boxes, 100'000);

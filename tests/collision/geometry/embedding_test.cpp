@@ -7,7 +7,6 @@
 
 #include "collision/base/counter_random.hpp"
 #include "collision/geometry/embedded_positions.hpp"
-#include "collision/geometry/embedding_rows.hpp"
 #include "collision/geometry/tet_mesh.hpp"
 #include "tests/support/error_of.hpp"
 

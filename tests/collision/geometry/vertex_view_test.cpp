@@ -5,8 +5,8 @@
 #include <type_traits>
 #include <utility>
 
-#include "collision/bounds/affine/affine_boxes.hpp"
 #include "collision/query/pair_query.hpp"
+#include "collision/wide_tree/posed_wide_tree.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/shapes.hpp"
 
@@ -41,9 +41,9 @@ concept Kept = std::is_constructible_v<VertexView, X> || std::is_constructible_v
     tree.begin_step_of_nodes(y, std::forward<X>(x));
 } || requires(EmbeddedPositions& surface, X&& x) {
     surface.begin_pose(std::forward<X>(x));
-} || requires(AffineBoxes& boxes, X&& x) {
+} || requires(PosedWideTree& boxes, X&& x) {
     boxes.begin_pose(std::forward<X>(x));
-} || requires(AffineBoxes& boxes, X&& x, const Vertices& y) {
+} || requires(PosedWideTree& boxes, X&& x, const Vertices& y) {
     boxes.begin_step(std::forward<X>(x), y);
 };
 

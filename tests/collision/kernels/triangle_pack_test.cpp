@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "collision/geometry/triangle_triangle.hpp"
-#include "collision/query/keep_intersecting.hpp"
+#include "collision/query/narrow_phase.hpp"
 #include "tests/support/brute_force.hpp"
 #include "tests/support/random_triangles.hpp"
 #include "tests/support/shapes.hpp"

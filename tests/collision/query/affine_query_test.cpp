@@ -8,7 +8,7 @@
 #include "collision/query/closest_query.hpp"
 #include "collision/query/many_body_query.hpp"
 #include "collision/query/pair_query.hpp"
-#include "tests/collision/bounds/affine/hung_surface.hpp"
+#include "tests/collision/wide_tree/hung_surface.hpp"
 #include "tests/support/brute_force.hpp"
 
 namespace nbd {

@@ -11,8 +11,8 @@
 #include "collision/query/many_body_query.hpp"
 #include "collision/query/pair_query.hpp"
 #include "collision/query/self_query.hpp"
-#include "tests/collision/bounds/affine/hung_surface.hpp"
 #include "tests/collision/models.hpp"
+#include "tests/collision/wide_tree/hung_surface.hpp"
 #include "tests/support/brute_force.hpp"
 #include "tests/support/error_of.hpp"
 

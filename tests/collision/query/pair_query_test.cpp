@@ -9,7 +9,7 @@
 #include <memory>
 #include <string>
 
-#include "collision/tree/leaf_boxes.hpp"
+#include "collision/nbd_tree/leaf_boxes.hpp"
 #include "tests/support/brute_force.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/shapes.hpp"
@@ -185,6 +185,10 @@ TEST(PairQuery, RefusesDistancesAndBodiesThatItCannotUse) {
               "distance is inf m, allowed: finite, 0 or more");
     EXPECT_EQ(test::refusal([&] { query.box_leaves_within(a, b, 0, [](int, int) { return 0.f; }); }),
               "leaves of box trees of a body with exact bounds; allowed: boxes, affine, learned_affine");
+    PosedTree boxes = exact_tree(s, {}, BoundKind::boxes);
+    boxes.begin_pose(s.X);
+    EXPECT_EQ(test::refusal([&] { query.leaf_pairs(a, boxes); }),
+              "leaves of NBD-Trees of a body with boxes bounds; allowed: exact, bd, nbd, in a pose");
 }
 
 TEST(PairQuery, QueriesATreeAgainstItself) {

@@ -14,8 +14,8 @@
 #include "collision/geometry/closest_points.hpp"
 #include "collision/geometry/separation.hpp"
 #include "collision/geometry/triangle_triangle.hpp"
-#include "tests/collision/bounds/affine/hung_surface.hpp"
 #include "tests/collision/models.hpp"
+#include "tests/collision/wide_tree/hung_surface.hpp"
 #include "tests/support/brute_force.hpp"
 #include "tests/support/error_of.hpp"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "collision/bounds/bound.hpp"
+#include "collision/nbd_tree/bound.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/shapes.hpp"
 #include "training/calibrate/conformal.hpp"

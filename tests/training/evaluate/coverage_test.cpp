@@ -7,7 +7,6 @@
 #include <span>
 #include <utility>
 
-#include "collision/tree/make_wide.hpp"
 #include "collision/tree/posed_tree.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
@@ -89,7 +88,8 @@ TEST_F(Coverage, OfBoxesAgreesWithADirectCount) {
     const RecordingReader data(folder / "data.h5");
     const auto rows = measure_coverage(bar.body, bare, BoundKind::learned_affine, data, held_out);
     ASSERT_EQ(rows.size(), 3u);
-    AffineBoxes posed = make_wide(*bare, BoundKind::learned_affine, {});
+    PosedTree body(bare, BoundKind::learned_affine);
+    PosedWideTree& posed = body.wide_tree();
     const WideTree& wide = posed.tree();
     double missing = 0;
     long outside = 0, vertices = 0;

@@ -12,7 +12,6 @@
 
 #include "collision/base/notice.hpp"
 #include "collision/geometry/bounding_sphere.hpp"
-#include "collision/tree/make_wide.hpp"
 #include "collision/tree/posed_tree.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
@@ -279,7 +278,8 @@ TEST_F(Evaluate, OfLearnedAffineBoxesAgreesWithADirectCount) {
     std::ranges::fill(fit.growth, 0.f);
     bare.tree.learned_affine =
         std::make_shared<const LearnedAffineModel>(bare.tree.boxes->tree(), std::move(fit));
-    AffineBoxes posed = make_wide(bare.tree, BoundKind::learned_affine, 0.f);
+    PosedTree body(refer_to(bare.tree), BoundKind::learned_affine, 0.f);
+    PosedWideTree& posed = body.wide_tree();
     const WideTree& wide = posed.tree();
     ASSERT_EQ(wide.clusters(), 1);
     const double margins[] = {0, 0.1};

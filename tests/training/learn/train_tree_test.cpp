@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "collision/bounds/learned/nbd_model.hpp"
+#include "collision/nbd_tree/nbd_bound.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
 #include "tests/support/on_threads.hpp"

@@ -1,0 +1,123 @@
+#include "collision/nbd_tree/leaf_boxes.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <span>
+#include <utility>
+
+#include "collision/geometry/bounding_box.hpp"
+
+namespace nbd {
+namespace {
+
+/// Number of halvings after which `count` faces fit a node.
+int halvings(int count) noexcept {
+    int n = 0;
+    for (; count > LeafBoxes::max_boxes; count = (count + 1) / 2) ++n;
+    return n;
+}
+
+}  // namespace
+
+LeafBoxes::LeafBoxes(const SphereTree& tree, const Faces& F, int vertex_count)
+    : tree_(&tree), roots_(tree.nodes.size(), -1), corners_(F(tree.faces, Eigen::all)) {
+    for (std::size_t leaf = 0; leaf < roots_.size(); ++leaf) {
+        const SphereTree::Node& sphere_node = tree.nodes[leaf];
+        if (!sphere_node.is_leaf()) continue;
+        roots_[leaf] = nodes_.size();
+        add_nodes(sphere_node.face_begin, sphere_node.face_end);
+    }
+    list_vertices(vertex_count);
+    opened_.reserve(nodes_.size());
+    at_.assign(nodes_.size(), 0);
+}
+
+void LeafBoxes::add_nodes(int face_begin, int face_end) {
+    std::size_t next = nodes_.size();
+    nodes_.push_back({.first_slot = face_begin, .count = face_end - face_begin});
+    for (; next < nodes_.size(); ++next) {
+        const Node whole = nodes_[next];
+        const int left = halvings(whole.count);
+        if (left == 0) continue;
+        constexpr int most = std::bit_width(static_cast<unsigned>(LeafBoxes::max_boxes)) - 1;
+        const int levels = (left + most - 1) / most;
+        const int parts = 1 << (left + levels - 1) / levels;  // the same on all levels
+        nodes_[next].first_child = nodes_.size();
+        nodes_[next].count = parts;
+        add_parts(next, whole.first_slot, whole.first_slot + whole.count, parts);
+    }
+}
+
+/// Halves a range of faces into `parts` parts, a power of 2, and adds a node under `parent` for each.
+void LeafBoxes::add_parts(int parent, int face_begin, int face_end, int parts) {
+    if (parts == 1) {
+        nodes_.push_back({.parent = parent, .first_slot = face_begin, .count = face_end - face_begin});
+        return;
+    }
+    const int middle = face_begin + (face_end - face_begin) / 2;
+    add_parts(parent, face_begin, middle, parts / 2);
+    add_parts(parent, middle, face_end, parts / 2);
+}
+
+void LeafBoxes::list_vertices(int vertex_count) {
+    // Children come after their parent and their faces are contiguous, so a backward pass finds the last
+    // slots.
+    std::vector<int> ends(nodes_.size());
+    for (std::size_t i = nodes_.size(); i-- > 0;) {
+        const Node& n = nodes_[i];
+        ends[i] = n.has_faces() ? n.first_slot + n.count : ends[n.first_child + n.count - 1];
+    }
+    // Repeats are left out before sorting, which costs far more than this.
+    std::vector<int> last_node(vertex_count, -1);  // that lists a vertex
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+        Node& n = nodes_[i];
+        n.vertex_begin = vertices_.size();
+        for (const int v : std::span(corners(n.first_slot), corners(ends[i])))
+            if (std::exchange(last_node[v], static_cast<int>(i)) != static_cast<int>(i))
+                vertices_.push_back(v);
+        std::sort(vertices_.begin() + n.vertex_begin, vertices_.end());
+        n.vertex_end = vertices_.size();
+    }
+}
+
+void LeafBoxes::begin_pose(const Positions& x) noexcept {
+    x_ = x;
+    opened_.clear();
+    met_non_finite_ = false;
+}
+
+Box LeafBoxes::whole(int i) const noexcept {
+    const int parent = node(i).parent;
+    return parent < 0 ? opened_[at(i)].whole : opened_[at(parent)].box(i - node(parent).first_child);
+}
+
+int LeafBoxes::fit(int i) noexcept {
+    const Node& n = node(i);
+    x_.require(vertices_of(n));
+    at_[i] = opened_.size();
+    Opened& opened = opened_.emplace_back();
+    opened.node = i;
+    const int count = x_.rows().rows() == 0 ? 0 : n.count;
+    opened.count = count;
+    Box all = empty_box();
+    const PosedFaces posed = faces();
+    // Opening a root reads all of its vertices, so that nothing is left to be checked below.
+    if (n.has_faces() && n.parent < 0 && count > 0)
+        met_non_finite_ |= !is_finite(bounding_box(x_, vertices_of(n)));
+    for (int k = 0; k < count; ++k) {
+        Box box;
+        if (n.has_faces()) {
+            box = posed.box(n.first_slot + k);
+        } else {
+            box = bounding_box(x_, vertices_of(node(n.first_child + k)));
+            met_non_finite_ |= !is_finite(box);
+        }
+        opened.packs[static_cast<std::size_t>(k / BoxPack::lanes)].set(k % BoxPack::lanes, box);
+        all = joined(all, box);
+    }
+    all.lo[3] = all.hi[3] = 0;
+    opened.whole = all;
+    return at(i);
+}
+
+}  // namespace nbd
