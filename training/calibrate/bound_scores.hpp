@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "collision/tree/collision_tree.hpp"
@@ -8,6 +9,17 @@
 #include "training/networks/mlp.hpp"
 
 namespace nbd {
+
+/// The levels of a kind's bounds, which are numbered level after level. Of most kinds they are the depths of
+/// the sphere tree.
+struct BoundLevels {
+    std::vector<int> begins;  // first bound of each level, then the number of bounds
+
+    BoundLevels(const SphereTree& tree);  // NOLINT: a tree stands for its depths
+    BoundLevels(const CollisionTree& tree, BoundKind kind);
+
+    int count() const noexcept { return static_cast<int>(begins.size()) - 1; }
+};
 
 /// Scores of one bound on some poses, node by node, before any margin.
 struct BoundScores {
@@ -32,5 +44,11 @@ BoundScores score_bounds(VerticesRef X, const std::shared_ptr<const CollisionTre
 
 /// The scores of the given trajectories (ids) only.
 BoundScores only(const BoundScores& scores, std::span<const int> trajectories);
+
+/// Scores a bound on the poses that set the shape of its margins. As score_bounds(), except for `nbd`: its
+/// spread of modal coordinates comes from these same poses, which makes them look closer than fresh poses. So
+/// each pose is scored with the spread of the others, leaving out a fifth of the trajectories at a time.
+BoundScores score_shape(VerticesRef X, const std::shared_ptr<const CollisionTree>& tree, BoundKind kind,
+                        FrameSource& source, std::span<const FrameId> frames);
 
 }  // namespace nbd

@@ -8,9 +8,9 @@
 #include <stdexcept>
 
 #include "collision/bounds/calibration.hpp"
+#include "training/calibrate/bound_scores.hpp"
 #include "training/calibrate/conformal.hpp"
 #include "training/calibrate/coordinate_spread.hpp"
-#include "training/calibrate/shape_scores.hpp"
 #include "training/files/frame_stream.hpp"
 #include "training/files/split.hpp"
 

@@ -3,7 +3,6 @@
 #include <optional>
 
 #include "collision/bounds/calibration.hpp"
-#include "training/calibrate/bound_levels.hpp"
 #include "training/calibrate/bound_scores.hpp"
 #include "training/files/frame_source.hpp"
 #include "training/files/tree_file.hpp"

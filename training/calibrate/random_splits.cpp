@@ -7,7 +7,7 @@
 
 #include "collision/base/stop.hpp"
 #include "meshing/progress/progress.hpp"
-#include "training/calibrate/shape_scores.hpp"
+#include "training/calibrate/bound_scores.hpp"
 #include "training/files/split.hpp"
 
 namespace nbd {

@@ -6,7 +6,7 @@
 #include "tests/support/file_damage.hpp"
 #include "tests/support/on_threads.hpp"
 #include "tests/training/bar.hpp"
-#include "training/calibrate/shape_scores.hpp"
+#include "training/calibrate/bound_scores.hpp"
 #include "training/learn/cluster_modes.hpp"
 
 namespace nbd {
