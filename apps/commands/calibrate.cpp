@@ -4,9 +4,9 @@
 #include <optional>
 
 #include "apps/cli/output_paths.hpp"
-#include "apps/commands/calibration_options.hpp"
 #include "apps/commands/commands.hpp"
-#include "apps/commands/memory_option.hpp"
+#include "apps/commands/training_options.hpp"
+#include "apps/train/tree_training.hpp"
 #include "training/files/frame_source.hpp"
 #include "training/files/recording.hpp"
 #include "training/files/tree_file.hpp"

@@ -9,7 +9,7 @@
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
-#include "apps/commands/memory_option.hpp"
+#include "apps/commands/training_options.hpp"
 #include "meshing/h5/atomic_file.hpp"
 #include "training/calibrate/calibrate.hpp"
 #include "training/calibrate/random_splits.hpp"

@@ -5,9 +5,9 @@
 #include "apps/cli/interrupt.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
+#include "apps/cli/scene_files.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/simulate/bounds_race.hpp"
-#include "apps/simulate/scene_files.hpp"
 #include "meshing/h5/atomic_file.hpp"
 #include "meshing/surface/counted.hpp"
 #include "sim/factor/blas.hpp"
@@ -41,11 +41,11 @@ std::vector<BoundKind> chosen_bounds(const RaceArguments& arguments, const Scene
 nlohmann::ordered_json to_json(const BoundsRace::Row& row) {
     const StepTotals& t = row.totals;
     return {{"bounds", name(row.bounds)},
-            {"update_us", t.update_us},
-            {"collision_us", t.collision_us},
-            {"detect_us", t.detect_us},
+            {"update_us", t.mean(&StepReport::update_us)},
+            {"collision_us", t.mean(&StepReport::collision_us)},
+            {"detect_us", t.mean(&StepReport::detect_us)},
             {"step_us", t.step_us()},
-            {"nodes_bounded", t.nodes_bounded},
+            {"nodes_bounded", t.mean(&StepReport::nodes_bounded)},
             {"audited_frames", t.audited_frames},
             {"intersecting_pairs", t.audit.intersecting},
             {"intersecting_pairs_missed", t.audit.intersecting_missed},

@@ -8,8 +8,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "apps/cli/scene_files.hpp"
 #include "apps/commands/commands.hpp"
-#include "apps/simulate/scene_files.hpp"
 #include "collision/base/file_text.hpp"
 #include "sim/scene/scene_check.hpp"
 

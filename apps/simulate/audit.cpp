@@ -4,23 +4,16 @@
 #include "collision/geometry/face_pair_set.hpp"
 
 namespace nbd {
+
 AuditCount& AuditCount::operator+=(const AuditCount& other) {
-    intersecting += other.intersecting;
-    intersecting_missed += other.intersecting_missed;
-    near += other.near;
-    near_missed += other.near_missed;
-    tests += other.tests;
-    exact_tests += other.exact_tests;
-    us += other.us;
-    exact_us += other.exact_us;
+    for (const AuditNumber& number : audit_numbers)
+        std::visit([&](auto member) { this->*member += other.*member; }, number.member);
     return *this;
 }
 
 template <class Question>
 auto Audit::Side::measured(const Question& question) {
-    const Stopwatch watch;
-    const auto answer = question();
-    us += watch.microseconds();
+    const auto answer = timed(us, question);
     const QueryCounters& count = query.counters();
     tests += count.node_tests + count.box_tests + count.triangle_tests;
     return answer;
@@ -33,12 +26,11 @@ void Audit::Side::begin_poses(World& world, std::vector<HungSurface>& hung) {
         const int body = i;
         const bool takes_surface = hung[i].W.rows() > 0 && !trees[i].takes_nodes();
         if (takes_surface) apply_embedding(hung[i].W, world.state(body).x.cast<float>(), hung[i].x);
-        const Stopwatch watch;
+        const ScopedTimer timer(us);
         if (takes_surface)
             trees[i].begin_pose(hung[i].x);
         else
             world.begin_pose(body, trees[i]);
-        us += watch.microseconds();
     }
 }
 

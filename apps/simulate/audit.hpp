@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <span>
+#include <variant>
 #include <vector>
 
 #include "collision/query/pair_query.hpp"
@@ -17,6 +18,22 @@ struct AuditCount {
     long tests = 0, exact_tests = 0;  // tests of spheres, boxes, triangles: scene's bounds, exact bounds
     double us = 0, exact_us = 0;      // measured microseconds: begin_pose() and both queries
     AuditCount& operator+=(const AuditCount& other);
+};
+
+/// Names of these numbers in tables and --json, in the order of the columns.
+struct AuditNumber {
+    const char* name;
+    std::variant<long AuditCount::*, double AuditCount::*> member;
+};
+inline constexpr AuditNumber audit_numbers[] = {
+    {"intersecting_pairs", &AuditCount::intersecting},
+    {"intersecting_pairs_missed", &AuditCount::intersecting_missed},
+    {"near_pairs", &AuditCount::near},
+    {"near_pairs_missed", &AuditCount::near_missed},
+    {"audit_tests", &AuditCount::tests},
+    {"audit_exact_tests", &AuditCount::exact_tests},
+    {"audit_us", &AuditCount::us},
+    {"audit_exact_us", &AuditCount::exact_us},
 };
 
 /// Runs the same queries on the same poses with a scene's bounds and with exact ones. Does not affect the

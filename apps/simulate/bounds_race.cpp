@@ -49,13 +49,10 @@ void BoundsRace::run_frame(bool audited) {
             if (!report.failure.empty())
                 throw std::runtime_error(fmt::format("with bounds \"{}\" the scene fails: {}",
                                                      name(runs_[r].bounds), report.failure));
-            rows[r].push_back(step_row(frame_, report));
+            rows[r].push_back({report, frame_});
         }
     for (std::size_t r = 0; r < runs_.size(); ++r) {
-        if (audited && can_miss(runs_[r].bounds)) {
-            rows[r].back().audited = true;
-            rows[r].back().audit = runs_[r].audit.check(runs_[r].world);
-        }
+        if (audited && can_miss(runs_[r].bounds)) rows[r].back().audit = runs_[r].audit.check(runs_[r].world);
         runs_[r].table.add(rows[r]);
     }
 }
@@ -83,8 +80,9 @@ std::string to_text(const std::vector<BoundsRace::Row>& rows, double size) {
             return t.audited_frames > 0 ? fmt::format("{} of {}", count, of) : std::string("-");
         };
         text += fmt::format("\n{:<15} {:11.3f} {:13.3f} {:9.2f} {:9.2f} {:13.1f} {:>16} {:>16} {:9.2g}",
-                            name(row.bounds), 1e-3 * t.search_us(), 1e-3 * t.detect_us, 1e-3 * t.step_us(),
-                            100 * t.search_us() / std::max(t.step_us(), 1e-3), t.nodes_bounded,
+                            name(row.bounds), 1e-3 * t.search_us(), 1e-3 * t.mean(&StepReport::detect_us),
+                            1e-3 * t.step_us(), 100 * t.search_us() / std::max(t.step_us(), 1e-3),
+                            t.mean(&StepReport::nodes_bounded),
                             missed(t.audit.intersecting_missed, t.audit.intersecting),
                             missed(t.audit.near_missed, t.audit.near), 100 * row.farthest / size);
     }
@@ -92,19 +90,18 @@ std::string to_text(const std::vector<BoundsRace::Row>& rows, double size) {
 }
 
 std::string to_csv(const std::vector<BoundsRace::Row>& rows) {
-    std::string text =
-        "bounds,steps,frames_in_contact,update_us,collision_us,detect_us,assemble_us,solve_us,rest_us,step_"
-        "us,"
-        "nodes_bounded,audited_frames,intersecting_pairs,intersecting_pairs_missed,near_pairs,"
+    std::string text = "bounds,steps,frames_in_contact";
+    for (const auto& [time, us] : StepTotals().times()) text += "," + time;
+    text +=
+        ",step_us,nodes_bounded,audited_frames,intersecting_pairs,intersecting_pairs_missed,near_pairs,"
         "near_pairs_missed,farthest\n";
     for (const BoundsRace::Row& row : rows) {
         const StepTotals& t = row.totals;
-        text += fmt::format(
-            "{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{},{},{},{},{},{:.6g}\n",
-            name(row.bounds), t.steps, t.frames_in_contact, t.update_us, t.collision_us, t.detect_us,
-            t.assemble_us, t.solve_us, t.rest_us, t.step_us(), t.nodes_bounded, t.audited_frames,
-            t.audit.intersecting, t.audit.intersecting_missed, t.audit.near, t.audit.near_missed,
-            row.farthest);
+        text += fmt::format("{},{},{}", name(row.bounds), t.steps, t.frames_in_contact);
+        for (const auto& [time, us] : t.times()) text += fmt::format(",{:.6g}", us);
+        text += fmt::format(",{:.6g},{:.6g},{},{},{},{},{},{:.6g}\n", t.step_us(),
+                            t.mean(&StepReport::nodes_bounded), t.audited_frames, t.audit.intersecting,
+                            t.audit.intersecting_missed, t.audit.near, t.audit.near_missed, row.farthest);
     }
     return text;
 }

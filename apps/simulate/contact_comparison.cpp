@@ -9,7 +9,7 @@ namespace nbd {
 namespace {
 
 SceneSpec with_all_contacts(SceneSpec spec) {
-    spec.contact.per_group = 0;
+    spec.contact.contacts_per_node_pair = 0;
     return spec;
 }
 

@@ -15,14 +15,39 @@ namespace {
 
 /// Where the time of a step went, in ms and as a share of the step.
 std::string time_line(const StepTotals& total, double output_us) {
+    const double step_us = total.step_us();
     const auto part = [&](double us) {
-        return fmt::format("{:.2f} ({:.1f} %)", 1e-3 * us, 100 * us / std::max(total.step_us(), 1e-3));
+        return fmt::format("{:.2f} ({:.1f} %)", 1e-3 * us, 100 * us / std::max(step_us, 1e-3));
     };
     return fmt::format(
         "time per step: {:.2f} ms: search {}, detection {}, assembly {}, solve {}, rest {}; "
         "output {:.2f} ms a frame",
-        1e-3 * total.step_us(), part(total.search_us()), part(total.detect_us), part(total.assemble_us),
-        part(total.solve_us), part(total.rest_us), 1e-3 * output_us);
+        1e-3 * step_us, part(total.search_us()), part(total.mean(&StepReport::detect_us)),
+        part(total.mean(&StepReport::assemble_us)), part(total.mean(&StepReport::solve_us)),
+        part(total.mean(&StepReport::rest_us)), 1e-3 * output_us);
+}
+
+nlohmann::ordered_json to_json(const StepTotals& total, int frames, double size, double output_us) {
+    const StepReport& all = total.all;
+    nlohmann::ordered_json json = {{"frames", frames},
+                                   {"steps", total.steps},
+                                   {"troubled_steps", total.troubled_steps},
+                                   {"inverted_steps", total.inverted_steps},
+                                   {"most_inverted", all.inverted_elements},
+                                   {"time", all.time},
+                                   {"frames_in_contact", total.frames_in_contact},
+                                   {"deepest_penetration", all.deepest_penetration},
+                                   {"least_distance", nullptr},
+                                   {"smallest_body", size}};
+    if (std::isfinite(all.least_distance)) json["least_distance"] = all.least_distance;
+    for (const auto& [name, us] : total.times()) json[name] = us;
+    json["output_us"] = output_us;
+    json["nodes_bounded"] = total.mean(&StepReport::nodes_bounded);
+    json["nodes_out_of_range"] = all.nodes_out_of_range;
+    json["audited_frames"] = total.audited_frames;
+    for (const AuditNumber& number : audit_numbers)
+        std::visit([&](auto member) { json[number.name] = total.audit.*member; }, number.member);
+    return json;
 }
 
 }  // namespace
@@ -54,7 +79,7 @@ void tell_trouble(const StepTotals& total, const std::string& reason, const Outp
         out.warning(fmt::format(
             "{} of {} steps end with tetrahedra inside out, up to {} at once, the first at {:.6g} "
             "s; a shorter dt, more newton_iterations or the law stable_neo_hookean may help",
-            total.inverted_steps, total.steps, total.most_inverted, total.first_inverted));
+            total.inverted_steps, total.steps, total.all.inverted_elements, total.first_inverted));
 }
 
 void tell_results(const SceneOutput& paths, int frames, const StepTotals& total, double size,
@@ -62,15 +87,16 @@ void tell_results(const SceneOutput& paths, int frames, const StepTotals& total,
     out.text(
         fmt::format("{}: {}, {:.3f} s simulated; contacts in {}, deepest penetration {:.3g} m, "
                     "{:.2g} % of the smallest body",
-                    paths.recording.string(), counted(frames, "frame"), total.time,
-                    counted(total.frames_in_contact, "frame"), total.deepest_penetration,
-                    100 * total.deepest_penetration / size));
+                    paths.recording.string(), counted(frames, "frame"), total.all.time,
+                    counted(total.frames_in_contact, "frame"), total.all.deepest_penetration,
+                    100 * total.all.deepest_penetration / size));
     for (const std::string& line : other_outputs(paths)) out.text(line);
-    if (std::isfinite(total.least_distance))
+    if (std::isfinite(total.all.least_distance))
         out.text(fmt::format("least distance between surfaces at the end of a step: {:.3g} m",
-                             total.least_distance));
+                             total.all.least_distance));
     out.text(fmt::format("broad phase per step: {:.1f} us update, {:.1f} us queries, {:.1f} nodes bounded",
-                         total.update_us, total.collision_us, total.nodes_bounded));
+                         total.mean(&StepReport::update_us), total.mean(&StepReport::collision_us),
+                         total.mean(&StepReport::nodes_bounded)));
     out.text(time_line(total, output_us));
     if (total.audited_frames > 0)
         out.text(
@@ -82,39 +108,10 @@ void tell_results(const SceneOutput& paths, int frames, const StepTotals& total,
             "audit: {} tests, exact bounds need {}; {:.1f} us per frame, exact bounds take {:.1f}",
             total.audit.tests, total.audit.exact_tests, total.audit.us / total.audited_frames,
             total.audit.exact_us / total.audited_frames));
-    if (total.nodes_out_of_range > 0)
+    if (total.all.nodes_out_of_range > 0)
         out.late_warning(fmt::format("{} nodes were out of their calibrated range and bounded exactly",
-                                     total.nodes_out_of_range));
-    out.result(
-        {{"frames", frames},
-         {"steps", total.steps},
-         {"troubled_steps", total.troubled_steps},
-         {"inverted_steps", total.inverted_steps},
-         {"most_inverted", total.most_inverted},
-         {"time", total.time},
-         {"frames_in_contact", total.frames_in_contact},
-         {"deepest_penetration", total.deepest_penetration},
-         {"least_distance", std::isfinite(total.least_distance) ? nlohmann::ordered_json(total.least_distance)
-                                                                : nlohmann::ordered_json()},
-         {"smallest_body", size},
-         {"update_us", total.update_us},
-         {"collision_us", total.collision_us},
-         {"detect_us", total.detect_us},
-         {"assemble_us", total.assemble_us},
-         {"solve_us", total.solve_us},
-         {"rest_us", total.rest_us},
-         {"output_us", output_us},
-         {"nodes_bounded", total.nodes_bounded},
-         {"nodes_out_of_range", total.nodes_out_of_range},
-         {"audited_frames", total.audited_frames},
-         {"intersecting_pairs", total.audit.intersecting},
-         {"intersecting_pairs_missed", total.audit.intersecting_missed},
-         {"near_pairs", total.audit.near},
-         {"near_pairs_missed", total.audit.near_missed},
-         {"audit_tests", total.audit.tests},
-         {"audit_exact_tests", total.audit.exact_tests},
-         {"audit_us", total.audit.us},
-         {"audit_exact_us", total.audit.exact_us}});
+                                     total.all.nodes_out_of_range));
+    out.result(to_json(total, frames, size, output_us));
 }
 
 }  // namespace nbd

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "apps/cli/output_paths.hpp"
-#include "apps/simulate/run_options.hpp"
+#include "apps/simulate/earlier_run.hpp"
 #include "collision/base/temporary_files.hpp"
 #include "collision/geometry/far_origin.hpp"
 #include "meshing/formats/write_surface.hpp"

@@ -1,103 +1,96 @@
 #include "apps/simulate/step_table.hpp"
 
-#include <fmt/core.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
+#include <string_view>
+#include <type_traits>
 
 namespace nbd {
+namespace {
 
-StepRow step_row(int frame, const WorldReport& report) {
-    return {.frame = frame,
-            .time = report.time,
-            .contacts = report.contacts,
-            .substeps = report.substeps,
-            .newton_iterations = report.newton_iterations,
-            .solver_iterations = report.solver_iterations,
-            .inverted_elements = report.inverted_elements,
-            .solver_converged = report.solver_converged,
-            .face_pairs = report.face_pairs,
-            .pairs_measured = report.pairs_measured,
-            .nodes_bounded = report.nodes_bounded,
-            .nodes_out_of_range = report.nodes_out_of_range,
-            .kinetic_energy = report.kinetic_energy,
-            .elastic_energy = report.elastic_energy,
-            .gravity_energy = report.gravity_energy,
-            .deepest_penetration = report.deepest_penetration,
-            .update_us = report.update_us,
-            .collision_us = report.collision_us,
-            .detect_us = report.detect_us,
-            .assemble_us = report.assemble_us,
-            .solve_us = report.solve_us,
-            .rest_us = report.rest_us,
-            .trouble = report.trouble,
-            .least_distance = report.least_distance};
+/// The columns of the audit stand before this one.
+constexpr std::string_view last_column = "pairs_measured";
+
+template <class Number>
+std::string shown(Number number, std::string_view unit) {
+    if constexpr (std::is_same_v<Number, StepTrouble>) {
+        return name(number);
+    } else if constexpr (std::is_same_v<Number, double>) {
+        if (std::isinf(number)) return {};
+        return unit == "s" || unit == "J" ? fmt::format("{:.9g}", number) : fmt::format("{:.6g}", number);
+    } else {
+        return fmt::format("{:d}", number);
+    }
+}
+
+}  // namespace
+
+std::vector<std::pair<std::string, double>> StepTotals::times() const {
+    std::vector<std::pair<std::string, double>> means;
+    for (const StepNumber& number : step_numbers)
+        if (const auto* time = std::get_if<double StepReport::*>(&number.member);
+            time && number.adds && number.is_column)
+            means.emplace_back(number.name, mean(*time));
+    return means;
+}
+
+double StepTotals::step_us() const {
+    double sum = 0;
+    for (const auto& [name, us] : times()) sum += us;
+    return sum;
 }
 
 StepTable::StepTable(const std::filesystem::path& path) : file_(path) {
-    file_->out()
-        << "frame,time,contacts,face_pairs,nodes_bounded,nodes_out_of_range,update_us,collision_us,"
-           "detect_us,assemble_us,solve_us,rest_us,substeps,newton_iterations,solver_iterations,"
-           "solver_converged,kinetic_energy,elastic_energy,gravity_energy,deepest_penetration,"
-           "inverted_elements,trouble,least_distance,intersecting_pairs,intersecting_pairs_missed,near_pairs,"
-           "near_pairs_missed,audit_tests,audit_exact_tests,audit_us,audit_exact_us,pairs_measured\n";
+    file_->out() << "frame";
+    for (const StepNumber& number : step_numbers) {
+        if (!number.is_column) continue;
+        if (number.name == last_column)
+            for (const AuditNumber& of_audit : audit_numbers) file_->out() << ',' << of_audit.name;
+        file_->out() << ',' << number.name;
+    }
+    file_->out() << '\n';
 }
 
 void StepTable::add(const std::vector<StepRow>& rows) {
     for (const StepRow& row : rows) {
-        ++sums_.steps;
-        sums_.time = row.time;
+        ++totals_.steps;
+        StepReport& all = totals_.all;
+        all.add(row);
+        all.time = row.time;
+        all.deepest_penetration = std::max(all.deepest_penetration, row.deepest_penetration);
+        all.least_distance = std::min(all.least_distance, row.least_distance);
+        all.inverted_elements = std::max(all.inverted_elements, row.inverted_elements);
         if (row.contacts > 0 && std::exchange(last_frame_in_contact_, row.frame) != row.frame)
-            ++sums_.frames_in_contact;
-        sums_.deepest_penetration = std::max(sums_.deepest_penetration, row.deepest_penetration);
-        sums_.update_us += row.update_us;
-        sums_.collision_us += row.collision_us;
-        sums_.detect_us += row.detect_us;
-        sums_.assemble_us += row.assemble_us;
-        sums_.solve_us += row.solve_us;
-        sums_.rest_us += row.rest_us;
-        sums_.nodes_bounded += static_cast<double>(row.nodes_bounded);
-        sums_.nodes_out_of_range += row.nodes_out_of_range;
-        sums_.least_distance = std::min(sums_.least_distance, row.least_distance);
-        sums_.troubled_steps += row.trouble != StepTrouble::none;
-        sums_.otherwise_troubled_steps +=
+            ++totals_.frames_in_contact;
+        totals_.troubled_steps += row.trouble != StepTrouble::none;
+        totals_.otherwise_troubled_steps +=
             row.trouble != StepTrouble::none && row.trouble != StepTrouble::inverted;
-        if (row.inverted_elements > 0 && sums_.inverted_steps++ == 0) sums_.first_inverted = row.time;
-        sums_.most_inverted = std::max(sums_.most_inverted, row.inverted_elements);
-        if (row.audited) {
-            ++sums_.audited_frames;
-            sums_.audit += row.audit;
+        if (row.inverted_elements > 0 && totals_.inverted_steps++ == 0) totals_.first_inverted = row.time;
+        if (row.audit) {
+            ++totals_.audited_frames;
+            totals_.audit += *row.audit;
         }
         if (file_) write(row);
     }
 }
 
-StepTotals StepTable::totals() const {
-    StepTotals total = sums_;
-    for (double* sum : {&total.update_us, &total.collision_us, &total.detect_us, &total.assemble_us,
-                        &total.solve_us, &total.rest_us, &total.nodes_bounded})
-        *sum /= std::max(1, total.steps);
-    return total;
-}
-
 void StepTable::write(const StepRow& row) {
-    file_->out() << fmt::format(
-        "{},{:.9g},{},{},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{},{},{},{},{:.9g},{:.9g},{:.9g}"
-        ",{:.6g},{},{},{}",
-        row.frame, row.time, row.contacts, row.face_pairs, row.nodes_bounded, row.nodes_out_of_range,
-        row.update_us, row.collision_us, row.detect_us, row.assemble_us, row.solve_us, row.rest_us,
-        row.substeps, row.newton_iterations, row.solver_iterations, row.solver_converged ? 1 : 0,
-        row.kinetic_energy, row.elastic_energy, row.gravity_energy, row.deepest_penetration,
-        row.inverted_elements, name(row.trouble),
-        std::isfinite(row.least_distance) ? fmt::format("{:.6g}", row.least_distance) : "");
-    if (row.audited)
-        file_->out() << fmt::format(",{},{},{},{},{},{},{:.6g},{:.6g}", row.audit.intersecting,
-                                    row.audit.intersecting_missed, row.audit.near, row.audit.near_missed,
-                                    row.audit.tests, row.audit.exact_tests, row.audit.us, row.audit.exact_us);
-    else
-        file_->out() << ",,,,,,,,";
-    file_->out() << fmt::format(",{}\n", row.pairs_measured);
+    std::string line = fmt::to_string(row.frame);
+    for (const StepNumber& number : step_numbers) {
+        if (!number.is_column) continue;
+        if (number.name == last_column)
+            for (const AuditNumber& of_audit : audit_numbers) {
+                line += ',';
+                if (row.audit)
+                    std::visit([&](auto member) { line += shown((*row.audit).*member, "us"); },
+                               of_audit.member);
+            }
+        line += ',';
+        std::visit([&](auto member) { line += shown(row.*member, number.unit); }, number.member);
+    }
+    file_->out() << line << '\n';
 }
 
 void StepTable::finish() {

@@ -1,52 +1,47 @@
 #pragma once
 
 #include <filesystem>
-#include <limits>
 #include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/simulate/audit.hpp"
 #include "meshing/h5/atomic_file.hpp"
-#include "sim/world/world.hpp"
+#include "sim/fem/step_report.hpp"
 
 namespace nbd {
 
-/// Results of one step, one line of the table. Only plain values, so that a journal can store it.
-struct StepRow {
-    int frame = 0;  // that the step belongs to
-    double time = 0;
-    int contacts = 0, substeps = 0, newton_iterations = 0, solver_iterations = 0, inverted_elements = 0;
-    bool solver_converged = true, audited = false;
-    long face_pairs = 0, pairs_measured = 0, nodes_bounded = 0, nodes_out_of_range = 0;
-    double kinetic_energy = 0, elastic_energy = 0, gravity_energy = 0, deepest_penetration = 0;
-    double update_us = 0, collision_us = 0, detect_us = 0, assemble_us = 0, solve_us = 0,
-           rest_us = 0;  // measured; all other values are the same in every run
-    AuditCount audit{};
-    StepTrouble trouble = StepTrouble::none;
-    double least_distance = 0;  // see WorldReport
+/// One line of the table. Only plain values, so that a journal can store it.
+struct StepRow : StepReport {
+    int frame = 0;                      // that the step belongs to
+    std::optional<AuditCount> audit{};  // of the frame that the step ends
 };
 
-StepRow step_row(int frame, const WorldReport& report);
-
-/// Sums and means over a whole run. Costs are means per step.
+/// A whole run.
 struct StepTotals {
-    double time = 0;  // seconds simulated
+    /// Counts and times are sums, `time` is that of the last step; the largest penetration, the least
+    /// distance and the most tetrahedra that were inside out at the end of a step.
+    StepReport all{};
     int steps = 0, frames_in_contact = 0;
-    double deepest_penetration = 0;  // metres
-    double update_us = 0, collision_us = 0, detect_us = 0, assemble_us = 0, solve_us = 0, rest_us = 0;
-    double nodes_bounded = 0;
-    long nodes_out_of_range = 0;
     int troubled_steps = 0;
     int otherwise_troubled_steps = 0;  // of these, those with another trouble than `inverted`
     int inverted_steps = 0;            // those that end with inverted tetrahedra
-    int most_inverted = 0;             // tetrahedra, at the end of one step
     double first_inverted = 0;         // seconds, end of the first such step
-    double least_distance = std::numeric_limits<double>::infinity();
     int audited_frames = 0;
-    AuditCount audit;
+    AuditCount audit{};
 
-    double search_us() const noexcept { return update_us + collision_us; }  // for near face pairs
-    double step_us() const noexcept { return search_us() + detect_us + assemble_us + solve_us + rest_us; }
+    /// Per step, of a count or a time.
+    template <class Number>
+    double mean(Number StepReport::*number) const noexcept {
+        return double(all.*number) / (steps > 0 ? steps : 1);
+    }
+    double search_us() const noexcept {  // for near face pairs, per step
+        return mean(&StepReport::update_us) + mean(&StepReport::collision_us);
+    }
+    /// Name and mean per step of each time in the table; together they are the whole time of a step.
+    std::vector<std::pair<std::string, double>> times() const;
+    double step_us() const;
 };
 
 /// Results of a scene's steps: their totals and, where a file is named, a row for each. Memory does not grow
@@ -55,19 +50,20 @@ class StepTable {
  public:
     /// Totals alone.
     StepTable() = default;
-    /// Also writes CSV, one line per step: SI units, costs in microseconds; an audited frame's pairs are in
-    /// its last step. The file appears at finish(). Throws std::runtime_error if it cannot be created.
+    /// Also writes CSV, one line per step: the columns of `step_numbers` in their units, and what an audit of
+    /// the frame found in its last step. The file appears at finish(). Throws std::runtime_error if it cannot
+    /// be created.
     explicit StepTable(const std::filesystem::path& path);
 
     void add(const std::vector<StepRow>& rows);
-    StepTotals totals() const;
+    const StepTotals& totals() const noexcept { return totals_; }
     /// Throws std::runtime_error if a row could not be written.
     void finish();
 
  private:
     void write(const StepRow& row);
 
-    StepTotals sums_;  // of costs, too
+    StepTotals totals_;
     int last_frame_in_contact_ = 0;
     std::optional<h5::AtomicFile> file_;
 };

@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "apps/cli/load_body.hpp"
-#include "apps/simulate/scene_files.hpp"
+#include "apps/cli/scene_files.hpp"
 #include "apps/simulate/simulation_outputs.hpp"
 #include "apps/source/pose_argument.hpp"
 #include "apps/view/scene_view.hpp"

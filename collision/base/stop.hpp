@@ -1,7 +1,7 @@
 #pragma once
 
-#include <atomic>
 #include <exception>
+#include <functional>
 #include <utility>
 
 namespace nbd {
@@ -11,30 +11,32 @@ struct StopAsked : std::exception {
     const char* what() const noexcept override { return "stopped on request"; }
 };
 
-/// While alive, stop_if_asked() looks at a flag when this thread calls it. The innermost scope of a thread
+/// While alive, stop_if_asked() asks a function when this thread calls it. The innermost scope of a thread
 /// counts. Without a scope nothing is ever stopped.
 class StopScope {
  public:
-    /// asked: may be set from any thread or signal handler; must outlive this object.
-    explicit StopScope(const std::atomic<bool>& asked) noexcept : outer_(std::exchange(current(), &asked)) {}
+    /// asked: whether to stop; must not throw. Once true, it stays so.
+    explicit StopScope(std::function<bool()> asked)
+        : asked_(std::move(asked)), outer_(std::exchange(current(), this)) {}
     ~StopScope() { current() = outer_; }
     StopScope(const StopScope&) = delete;
     StopScope& operator=(const StopScope&) = delete;
 
  private:
-    static const std::atomic<bool>*& current() noexcept {
-        static thread_local const std::atomic<bool>* asked = nullptr;
-        return asked;
+    static const StopScope*& current() noexcept {
+        static thread_local const StopScope* scope = nullptr;
+        return scope;
     }
     friend bool stop_asked() noexcept;
 
-    const std::atomic<bool>* outer_;
+    std::function<bool()> asked_;
+    const StopScope* outer_;
 };
 
 /// Whether the innermost StopScope of this thread was asked to stop.
 inline bool stop_asked() noexcept {
-    const std::atomic<bool>* asked = StopScope::current();
-    return asked && *asked;
+    const StopScope* scope = StopScope::current();
+    return scope && scope->asked_();
 }
 
 /// Throws StopAsked if stop_asked(). Work that may take seconds calls it every so often, where nothing is

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <utility>
 
 namespace nbd {
 
@@ -15,5 +16,39 @@ class Stopwatch {
  private:
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
+
+/// Adds to a sum the microseconds of its life, without those of the timers that this thread makes meanwhile:
+/// each moment counts once, in the innermost timer.
+class ScopedTimer {
+ public:
+    explicit ScopedTimer(double& sum_us) noexcept
+        : sum_us_(sum_us), outer_(std::exchange(innermost(), this)) {}
+    ~ScopedTimer() {
+        const double us = watch_.microseconds();
+        sum_us_ += us - inner_us_;
+        if (outer_) outer_->inner_us_ += us;
+        innermost() = outer_;
+    }
+    ScopedTimer(const ScopedTimer&) = delete;
+    ScopedTimer& operator=(const ScopedTimer&) = delete;
+
+ private:
+    static ScopedTimer*& innermost() noexcept {
+        static thread_local ScopedTimer* timer = nullptr;
+        return timer;
+    }
+
+    Stopwatch watch_;
+    double& sum_us_;
+    double inner_us_ = 0;
+    ScopedTimer* outer_;
+};
+
+/// Returns work(), whose time a ScopedTimer adds to the sum.
+template <class Work>
+auto timed(double& sum_us, const Work& work) {
+    const ScopedTimer timer(sum_us);
+    return work();
+}
 
 }  // namespace nbd

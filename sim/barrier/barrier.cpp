@@ -130,10 +130,10 @@ void Barrier::place(std::span<const Nodes> begin, std::span<const Nodes> end, do
 }
 
 double Barrier::move(std::span<const Nodes> begin, std::span<const Nodes> end, double progress) {
-    const Stopwatch watch;
-    place(begin, end, progress);
-    update_us_ = watch.microseconds();
+    costs_ = {};
+    timed(costs_.update_us, [&] { place(begin, end, progress); });
     near_ = search_.find(surfaces_, reach_);
+    costs_.add(search_.costs());
     find_near_smooth();
     limits_.resize(feature_pairs());
     for_each_near([&](const auto& near, std::size_t i) { limits_[i] = limit(near); });

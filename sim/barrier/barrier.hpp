@@ -63,11 +63,9 @@ class Barrier {
     std::vector<Intersection> intersections(std::span<const Nodes> nodes);
 
     const std::vector<MovingSurface>& surfaces() const noexcept { return surfaces_; }
-    /// Pairs of faces and of features looked at by the last move(), and microseconds to place the surfaces
-    /// and their trees and to query these.
-    long face_pairs() const noexcept { return search_.face_pairs(); }
-    double update_us() const noexcept { return update_us_; }
-    double query_us() const noexcept { return search_.query_us(); }
+    /// Of the last move(): pairs of faces, times to place the surfaces and their trees and to query these.
+    const StepReport& costs() const noexcept { return costs_; }
+    /// Pairs of features that it looked at.
     std::size_t feature_pairs() const noexcept { return near_.size() + near_smooth_.size(); }
 
  private:
@@ -118,7 +116,8 @@ class Barrier {
     std::span<const NearFeatures> near_;
     std::vector<NearSmooth> near_smooth_;
     std::vector<double> limits_, distances_, energies_;  // [near_, then near_smooth_]
-    double least_distance_ = 0, update_us_ = 0;
+    double least_distance_ = 0;
+    StepReport costs_;
 };
 
 }  // namespace nbd

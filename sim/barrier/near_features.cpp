@@ -16,13 +16,10 @@ void NearFeatureSearch::begin(const std::vector<MovingSurface>& surfaces) {
 
 std::span<const NearFeatures> NearFeatureSearch::find(std::vector<MovingSurface>& surfaces, double reach) {
     found_.clear();
-    face_pairs_ = 0;
-    query_us_ = 0;
+    costs_ = {};
     const auto add = [&](int a, int b, const auto& query) {
-        const Stopwatch watch;
-        const std::span<const FacePair> pairs = query();
-        query_us_ += watch.microseconds();
-        face_pairs_ += static_cast<long>(pairs.size());
+        const std::span<const FacePair> pairs = timed(costs_.collision_us, query);
+        costs_.face_pairs += std::ssize(pairs);
         const auto numbered = [&](int s) { return surfaces[s].numbered(s); };
         for (const FacePair& faces : pairs)
             for_each_owned_pair(numbered(a), numbered(b), faces,

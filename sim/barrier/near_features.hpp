@@ -7,6 +7,7 @@
 #include "collision/query/self_query.hpp"
 #include "sim/barrier/moving_surface.hpp"
 #include "sim/barrier/neighbour_watch.hpp"
+#include "sim/fem/step_report.hpp"
 
 namespace nbd {
 
@@ -22,9 +23,8 @@ class NearFeatureSearch {
     /// distance does. surfaces: those of begin(), moved. reach: metres. Valid until the next call.
     std::span<const NearFeatures> find(std::vector<MovingSurface>& surfaces, double reach);
 
-    /// Pairs of faces looked at by the last find().
-    long face_pairs() const noexcept { return face_pairs_; }
-    double query_us() const noexcept { return query_us_; }  // microseconds in the trees
+    /// Pairs of faces looked at by the last find(), and the time of its queries.
+    const StepReport& costs() const noexcept { return costs_; }
 
  private:
     void keep_near(const std::vector<MovingSurface>& surfaces, double reach);
@@ -34,8 +34,7 @@ class NearFeatureSearch {
     std::vector<NeighbourWatch> neighbours_;  // of the bodies' surfaces
     std::vector<NearFeatures> found_, kept_;
     std::vector<char> keeps_;  // [found_]
-    long face_pairs_ = 0;
-    double query_us_ = 0;
+    StepReport costs_;
 };
 
 }  // namespace nbd

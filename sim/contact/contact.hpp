@@ -44,16 +44,18 @@ enum class ContactDetail {
 struct ContactConfig {
     double stiffness_scale = 1;  // stiffness of a layer of `thickness`, relative to the body
     double friction = 0.5;       // Coulomb's coefficient between bodies; obstacles have their own
-    double thickness = 0;        // distance at which contact begins, metres; 0: 1 % of the smallest body's
-                                 // diagonal, 0.1 % with intersection_free
-    double damping = 2e-3;       // damping coefficient over stiffness, seconds
-    double slip_velocity =
-        1e-3;           // below this speed, m/s, friction grows linearly with speed; above it is constant
-    int per_group = 4;  // contacts kept of those that the same nodes carry, see ContactReduction; 0: all,
-                        // with all vertices and edges, see ContactDetail
+    // Distance at which contact begins, metres; 0: 1 % of the smallest body's diagonal, 0.1 % with
+    // intersection_free.
+    double thickness = 0;
+    double damping = 2e-3;  // damping coefficient over stiffness, seconds
+    // Below this speed, m/s, friction grows linearly with speed; above it is constant.
+    double slip_velocity = 1e-3;
+    // Contacts kept of those that the same two nodes carry, see ContactReduction; 0: all, with all vertices
+    // and edges, see ContactDetail.
+    int contacts_per_node_pair = 4;
     bool self_contact = false;  // bodies meet themselves, see SelfContactFinder
-    bool intersection_free =
-        false;            // steps by a barrier, which end without intersecting faces; includes self_contact
+    // Steps by a barrier, which end without intersecting faces; includes self_contact.
+    bool intersection_free = false;
     int iterations = 16;  // maximum number of solves per step to settle which contacts press and slip
     // Residual of every body, contacts included, at which they count as settled, relative to its impulses in
     // the step, see ContactSolver::scales().

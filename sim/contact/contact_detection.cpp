@@ -21,7 +21,7 @@ Eigen::Vector3d mean_velocity(const ContactParty& body) {
 }
 
 ContactDetail detail_of(const ContactConfig& config) {
-    return config.per_group > 0 ? ContactDetail::enough : ContactDetail::all;
+    return config.contacts_per_node_pair > 0 ? ContactDetail::enough : ContactDetail::all;
 }
 
 /// Largest speed of a node relative to a uniformly moving frame.
@@ -111,12 +111,11 @@ void ContactDetection::restore(const ContactSides& sides) {
 
 void ContactDetection::find(std::span<const ContactParty> bodies, std::span<const Obstacle> obstacles,
                             const ContactConfig& config, double thickness, double time, double dt_before,
-                            double dt, DetectionReport& report) {
-    const Stopwatch watch;
-    const double queries_before_us = report.collision_us;
+                            double dt, StepReport& report) {
+    const ScopedTimer timer(report.detect_us);
     contacts_.clear();
     starts_now_.clear();
-    deepest_ = 0;
+    deepest_ = approach_ = 0;
     find_obstacles(bodies, obstacles, config, thickness, time, dt);
     std::vector<Box> boxes;
     for (const ContactParty& body : bodies)
@@ -131,7 +130,6 @@ void ContactDetection::find(std::span<const ContactParty> bodies, std::span<cons
     starts_ = std::move(starts_now_);
     started_bodies_ = bodies.size();
     started_obstacles_ = obstacles.size();
-    report.detect_us += watch.microseconds() - (report.collision_us - queries_before_us);
 }
 
 void ContactDetection::find_obstacles(std::span<const ContactParty> bodies,
@@ -157,8 +155,8 @@ void ContactDetection::find_obstacles(std::span<const ContactParty> bodies,
 /// move.
 std::span<const PatchPair> ContactDetection::near_patches(const ContactParty& a, const ContactParty& b,
                                                           const ContactReach& reach, double dt,
-                                                          DetectionReport& report) {
-    const Stopwatch watch;
+                                                          StepReport& report) {
+    const ScopedTimer timer(report.collision_us);
     // The finder measures with the surfaces' own positions, so that contacts do not depend on the trees.
     const double error = std::sqrt(3.0) * (tree_error(a) + tree_error(b));
     const auto distance = static_cast<float>(reach.most() + error);
@@ -192,7 +190,6 @@ std::span<const PatchPair> ContactDetection::near_patches(const ContactParty& a,
         patch_pairs_.erase(repeats.begin(), repeats.end());
         pairs = patch_pairs_;
     }
-    report.collision_us += watch.microseconds();
     report.nodes_bounded += query_.counters().nodes_bounded;
     report.nodes_out_of_range += query_.counters().nodes_out_of_range;
     for (const PatchPair& pair : pairs)
@@ -203,14 +200,14 @@ std::span<const PatchPair> ContactDetection::near_patches(const ContactParty& a,
 
 void ContactDetection::find_bodies(BodyIndices pair, std::span<const ContactParty> bodies,
                                    const ContactConfig& config, double thickness, double dt_before, double dt,
-                                   DetectionReport& report) {
+                                   StepReport& report) {
     const ContactParty &a = bodies[pair.a], &b = bodies[pair.b];
     const Eigen::Vector3d frame = (mean_velocity(a) + mean_velocity(b)) / 2;
     const double most = thickness + dt * (fastest(a, frame) + fastest(b, frame));
     const Box region = common(grown(a.surface.box(), most), grown(b.surface.box(), most));
     const double speed = fastest_within(region, a, frame) + fastest_within(region, b, frame),
                  approach = dt * speed;
-    report.approach = std::max(report.approach, approach);
+    approach_ = std::max(approach_, approach);
     // Limits the search, so that one fast tip does not fill the list with pairs that never meet. A faster
     // approach requires a shorter step.
     const double near = std::min(approach, thickness);
@@ -273,9 +270,9 @@ void ContactDetection::finish_bodies(std::size_t first, BodyIndices pair,
                                      double thickness, double stiffness) {
     for (std::size_t c = first; c < contacts_.size(); ++c) deepest_ = std::max(deepest_, -contacts_[c].gap);
     yield_to_starts(first, {pair.a, pair.b}, thickness);
-    if (config.per_group > 0)
+    if (config.contacts_per_node_pair > 0)
         reduction_.reduce(contacts_, first, pair.a, bodies[pair.a].surface, bodies[pair.b].surface, thickness,
-                          config.per_group);
+                          config.contacts_per_node_pair);
     for (std::size_t c = first; c < contacts_.size(); ++c) {
         contacts_[c].friction = config.friction;
         contacts_[c].stiffness = stiffness * contacts_[c].area;
@@ -300,7 +297,7 @@ SelfContactFinder& ContactDetection::self_finder(int body, const ContactParty& p
 }
 
 void ContactDetection::find_self(int body, std::span<const ContactParty> bodies, const ContactConfig& config,
-                                 double thickness, double dt_before, double dt, DetectionReport& report) {
+                                 double thickness, double dt_before, double dt, StepReport& report) {
     const ContactParty& party = bodies[body];
     const double own = self_thickness(*party.surface.shape(), thickness);
     SelfContactFinder& finder = self_finder(body, party, own);
@@ -309,13 +306,7 @@ void ContactDetection::find_self(int body, std::span<const ContactParty> bodies,
     const std::size_t first = contacts_.size();
     finder.find(party.surface, *party.tree, party.state.v, dt + config.damping,
                 2 * std::sqrt(3.0) * tree_error(party), moved, self_sides_[body], contacts_);
-    report.face_pairs += finder.face_pairs();
-    report.patches += finder.costs().patches;
-    report.patches_proved += finder.costs().patches_proved;
-    report.proof_us += finder.costs().proof_us;
-    report.collision_us += finder.costs().proof_us + finder.costs().query_us;
-    report.nodes_bounded += finder.counters().nodes_bounded;
-    report.nodes_out_of_range += finder.counters().nodes_out_of_range;
+    report.add(finder.costs());
     finish_bodies(first, {body, body}, bodies, config, own, config.stiffness_scale * party.young / own);
     // Its layer is thinner than that of other contacts, which press from `thickness` on.
     for (std::size_t c = first; c < contacts_.size(); ++c) contacts_[c].gap += thickness - own;

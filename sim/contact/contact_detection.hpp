@@ -11,6 +11,7 @@
 #include "sim/contact/contact_reduction.hpp"
 #include "sim/contact/self_contact.hpp"
 #include "sim/fem/elastic_body.hpp"
+#include "sim/fem/step_report.hpp"
 #include "sim/fem/step_system.hpp"
 #include "sim/obstacles/obstacle.hpp"
 
@@ -26,21 +27,6 @@ struct ContactParty {
     double moved = 0;           // metres that it moved in the last step, if its velocities do not tell
 };
 
-/// Counts and costs of a search for contacts.
-struct DetectionReport {
-    long face_pairs = 0;          // face pairs of patches of two bodies that are close, at most
-    long pairs_measured = 0;      // see BodyContactFinder::find()
-    long nodes_bounded = 0;       // spheres of collision trees that were computed
-    long nodes_out_of_range = 0;  // those bounded exactly: input out of the calibrated range
-    long patches = 0;             // of bodies that meet themselves, for which proofs were tried
-    long patches_proved = 0;      // of these, apart from the patches around them, see NeighbourProof
-    double proof_us = 0;          // time of these proofs, part of the queries, microseconds
-    double update_us = 0;         // time to start the poses of surfaces and trees, microseconds
-    double collision_us = 0;      // time of the queries for face pairs, microseconds
-    double detect_us = 0;         // time of the rest: closest features, obstacles, reach, microseconds
-    double approach = 0;          // maximum approach of two nearby bodies within the step, metres
-};
-
 /// Finds all contacts of a step. Obstacles: by signed distance. Bodies: a sweep over their boxes, then their
 /// trees down to patches of the surfaces, then vertices with faces and edges with edges. A body with itself,
 /// if the config asks for it: a query of its tree with itself. Gaps of contacts that were near each other at
@@ -48,15 +34,18 @@ struct DetectionReport {
 class ContactDetection {
  public:
     /// Fills contacts(). time: time of the states, seconds. dt: length of the step that starts there.
-    /// dt_before: length of the previous step, 0 if there was none. thickness: metres.
+    /// dt_before: length of the previous step, 0 if there was none. thickness: metres. report: its counts and
+    /// times grow.
     void find(std::span<const ContactParty> bodies, std::span<const Obstacle> obstacles,
               const ContactConfig& config, double thickness, double time, double dt_before, double dt,
-              DetectionReport& report);
+              StepReport& report);
 
     /// Contacts of the last find(), in an order determined by the bodies and their states.
     std::span<const Contact> contacts() const noexcept { return contacts_; }
     /// Largest overlap of vertices and edges that make contact, contacts left out included, metres, >= 0.
     double deepest() const noexcept { return deepest_; }
+    /// The most that two nearby bodies may approach each other within the step, metres.
+    double approach() const noexcept { return approach_; }
 
     /// The state that the next find() depends on besides its arguments.
     ContactSides sides() const;
@@ -66,13 +55,13 @@ class ContactDetection {
     void find_obstacles(std::span<const ContactParty> bodies, std::span<const Obstacle> obstacles,
                         const ContactConfig& config, double thickness, double time, double dt);
     std::span<const PatchPair> near_patches(const ContactParty& a, const ContactParty& b,
-                                            const ContactReach& reach, double dt, DetectionReport& report);
+                                            const ContactReach& reach, double dt, StepReport& report);
     void find_bodies(BodyIndices pair, std::span<const ContactParty> bodies, const ContactConfig& config,
-                     double thickness, double dt_before, double dt, DetectionReport& report);
+                     double thickness, double dt_before, double dt, StepReport& report);
 
     SelfContactFinder& self_finder(int body, const ContactParty& party, double thickness);
     void find_self(int body, std::span<const ContactParty> bodies, const ContactConfig& config,
-                   double thickness, double dt_before, double dt, DetectionReport& report);
+                   double thickness, double dt_before, double dt, StepReport& report);
     void yield_to_starts(std::size_t first, std::array<int, 2> pair, double thickness);
     void finish_bodies(std::size_t first, BodyIndices pair, std::span<const ContactParty> bodies,
                        const ContactConfig& config, double thickness, double stiffness);
@@ -90,7 +79,7 @@ class ContactDetection {
     std::vector<PatchPair> patch_pairs_;
     ContactReduction reduction_;
     std::vector<Contact> contacts_;
-    double deepest_ = 0;
+    double deepest_ = 0, approach_ = 0;
 };
 
 }  // namespace nbd

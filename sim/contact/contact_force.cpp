@@ -19,7 +19,8 @@ void check_contact_config(const ContactConfig& config) {
     check("thickness", config.thickness, config.thickness >= 0, ">= 0");
     check("damping", config.damping, config.damping >= 0, ">= 0");
     check("slip_velocity", config.slip_velocity, config.slip_velocity > 0, "> 0");
-    check("contacts_per_node_pair", config.per_group, config.per_group >= 0, ">= 0");
+    check("contacts_per_node_pair", config.contacts_per_node_pair, config.contacts_per_node_pair >= 0,
+          ">= 0");
     check("iterations", config.iterations, config.iterations >= 1, ">= 1");
 }
 

@@ -34,7 +34,7 @@ Eigen::Vector3d place_of(const SurfacePoint& point, const ContactSurface& surfac
 
 void ContactReduction::reduce(std::vector<Contact>& contacts, std::size_t first, int body_a,
                               const ContactSurface& a, const ContactSurface& b, double thickness,
-                              int per_group) {
+                              int contacts_per_node_pair) {
     members_.clear();
     for (std::size_t c = first; c < contacts.size(); ++c) {
         const Contact& contact = contacts[c];
@@ -52,7 +52,7 @@ void ContactReduction::reduce(std::vector<Contact>& contacts, std::size_t first,
         while (end < members_.size() && members_[end].node_a == members_[begin].node_a &&
                members_[end].node_b == members_[begin].node_b)
             ++end;
-        reduce_group(contacts, begin, end, thickness, per_group);
+        reduce_group(contacts, begin, end, thickness, contacts_per_node_pair);
     }
     std::size_t kept = first;
     for (std::size_t c = first; c < contacts.size(); ++c)
@@ -62,9 +62,9 @@ void ContactReduction::reduce(std::vector<Contact>& contacts, std::size_t first,
 
 /// The group: members_[begin, end).
 void ContactReduction::reduce_group(std::vector<Contact>& contacts, std::size_t begin, std::size_t end,
-                                    double thickness, int per_group) {
+                                    double thickness, int contacts_per_node_pair) {
     const auto contact = [&](std::size_t m) -> Contact& { return contacts[members_[m].contact]; };
-    const std::size_t most = std::min(static_cast<std::size_t>(per_group), end - begin);
+    const std::size_t most = std::min(static_cast<std::size_t>(contacts_per_node_pair), end - begin);
     kept_.clear();
     distances_.assign(end - begin, std::numeric_limits<double>::infinity());
     std::size_t next = begin;  // the deepest, then the farthest from those kept

@@ -80,11 +80,13 @@ void SelfContactFinder::find(const ContactSurface& surface, PosedTree& tree, con
     motions_ = dt * embedded(surface.W(), v);
     const Nodes& x = surface.positions();  // all of them, before threads read them
     costs_ = {};
-    if (proof_) prove(x, reach);
-    const Stopwatch watch;
-    const auto pairs = near_faces(tree, reach, error);
-    costs_.query_us = watch.microseconds();
-    face_pairs_ = pairs.size();
+    const auto pairs = timed(costs_.collision_us, [&] {
+        if (proof_) prove(x, reach);
+        return near_faces(tree, reach, error);
+    });
+    costs_.face_pairs = std::ssize(pairs);
+    costs_.nodes_bounded = query_.counters().nodes_bounded;
+    costs_.nodes_out_of_range = query_.counters().nodes_out_of_range;
     measure_faces(surface, pairs);
     constexpr int pairs_per_task = 1024;
     const Test test{reach, moved, sides};

@@ -10,6 +10,7 @@
 #include "sim/contact/contact.hpp"
 #include "sim/contact/contact_sides.hpp"
 #include "sim/contact/nearest_face.hpp"
+#include "sim/fem/step_report.hpp"
 #include "sim/patches/contact_surface.hpp"
 
 namespace nbd {
@@ -59,14 +60,8 @@ class SelfContactFinder {
 
     const std::shared_ptr<const SelfContactRest>& rest() const noexcept { return rest_; }
 
-    /// Of the last find().
-    long face_pairs() const noexcept { return face_pairs_; }
-    struct Costs {
-        long patches = 0, patches_proved = 0;  // 0 without neighbours at rest
-        double proof_us = 0, query_us = 0;     // microseconds
-    };
-    const Costs& costs() const noexcept { return costs_; }
-    const QueryCounters& counters() const noexcept { return query_.counters(); }
+    /// Counts and times of the last find(), as far as it knows them.
+    const StepReport& costs() const noexcept { return costs_; }
 
  private:
     /// A ball around a face and one around its corners' motions in the step, metres.
@@ -109,8 +104,7 @@ class SelfContactFinder {
     std::shared_ptr<const SelfContactRest> rest_;
     SelfQuery query_;
     std::optional<NeighbourProof> proof_;  // none without neighbours at rest
-    long face_pairs_ = 0;
-    Costs costs_;
+    StepReport costs_;
     Nodes motions_;                  // [n, 3] of the vertices in the step, metres
     std::vector<FaceBalls> balls_;   // [m] of the faces in pairs
     std::vector<char> is_measured_;  // [m] whether a face has its balls in this step

@@ -249,8 +249,8 @@ ContactConfig read_contact(JsonObject from, bool& resolve_start) {
     contact.friction = from.number("friction", contact.friction, {0, 10, "between 0 and 10"});
     contact.thickness = from.number("thickness", contact.thickness, not_negative);
     contact.damping = from.number("damping", contact.damping, not_negative);
-    contact.per_group =
-        from.integer("contacts_per_node_pair", contact.per_group, {0, 1000, "between 0 and 1000"});
+    contact.contacts_per_node_pair = from.integer("contacts_per_node_pair", contact.contacts_per_node_pair,
+                                                  {0, 1000, "between 0 and 1000"});
     contact.slip_velocity =
         from.number("slip_velocity", contact.slip_velocity, {1e-9, 1e3, "from 1e-9 to 1000"});
     contact.self_contact = from.flag("self_contact", contact.self_contact);

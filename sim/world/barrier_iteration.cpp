@@ -215,9 +215,7 @@ World::Rejection World::solve_apart(const StepPart& part, Eigen::VectorXd& v, Wo
     Rejection rejection;
     for (int k = 0;; ++k) {
         stop_if_asked();
-        const Stopwatch assembly;
-        build_systems(given, &v);
-        report.assemble_us += assembly.microseconds();
+        timed(report.assemble_us, [&] { build_systems(given, &v); });
         barrier_solver_.set_contacts(barrier().contacts(share));
         report.contacts = barrier_solver_.contact_count();
         to = v;
@@ -248,9 +246,7 @@ World::Rejection World::solve_apart(const StepPart& part, Eigen::VectorXd& v, Wo
                 .trouble = StepTrouble::newton};
             break;
         }
-        const Stopwatch solution;
-        const LinearSolveReport solved = barrier_solver_.solve(to);
-        report.solve_us += solution.microseconds();
+        const LinearSolveReport solved = timed(report.solve_us, [&] { return barrier_solver_.solve(to); });
         if (!solved.fallback.empty())
             report.fallback = fmt::format("at {:.6g} s: {}", time_ + dt, solved.fallback);
         report.solver_converged = report.solver_converged && solved.converged;
@@ -279,15 +275,9 @@ void World::keep_momentum(double dt, Eigen::VectorXd& v, WorldReport& report) {
 /// The share of the motion from v to `to` that is free of collisions.
 double World::propose(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress,
                       WorldReport& report) {
-    const Stopwatch watch;
+    const ScopedTimer timer(report.detect_us);
     const double share = barrier().move(nodes_after(dt, v), nodes_after(dt, to), progress);
-    report.face_pairs += barrier().face_pairs();
-    const double us = watch.microseconds(), update_us = barrier().update_us(),
-                 query_us = barrier().query_us();
-    report.update_us += update_us;
-    report.collision_us += query_us;
-    report.detect_us += us - update_us - query_us;
-    detecting_us_ += us;
+    report.add(barrier().costs());
     return share;
 }
 
@@ -322,14 +312,11 @@ double World::search_apart(double dt, const Eigen::VectorXd& v, const Eigen::Vec
 /// Why the end of a part must not be kept; empty: nothing intersects.
 std::string World::end_intersections(double dt, const Eigen::VectorXd& v, WorldReport& report) {
     const std::vector<Nodes> nodes = nodes_after(dt, v);
-    const Stopwatch watch;
+    const ScopedTimer timer(report.detect_us);
     const std::vector<Intersection> found = barrier().intersections(nodes);
     barrier().move(nodes, nodes, 1);
     barrier().energy(0);
     report.least_distance = barrier().least_distance();
-    const double us = watch.microseconds();
-    report.detect_us += us;
-    detecting_us_ += us;
     return found.empty() ? std::string() : intersection_text(found, barrier().surfaces());
 }
 

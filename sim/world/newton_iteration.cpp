@@ -79,22 +79,18 @@ World::Rejection World::solve(double dt, Eigen::VectorXd& v, WorldReport& report
         given.push_back(prescribed(body, dt));
     }
     v = stacked(&World::first_iterate, given);
-    const Stopwatch start;
     const int max_iterations = config_.step.newton_iterations;
-    solver_.begin(detection_.contacts(), surfaces, first_unknown_, config_.contact, thickness(), dt, v,
-                  max_iterations > 1);
-    report.solve_us += start.microseconds();
+    timed(report.solve_us, [&] {
+        solver_.begin(detection_.contacts(), surfaces, first_unknown_, config_.contact, thickness(), dt, v,
+                      max_iterations > 1);
+    });
     double left = 0;
     for (int k = 0; k < max_iterations; ++k) {
         stop_if_asked();
         const Eigen::VectorXd from = v;
-        const Stopwatch assembly;
-        build_systems(given, max_iterations > 1 ? &from : nullptr);
-        report.assemble_us += assembly.microseconds();
-        const Stopwatch solution;
+        timed(report.assemble_us, [&] { build_systems(given, max_iterations > 1 ? &from : nullptr); });
         if (k == 0) v = stacked(&World::likely_velocities, given);
-        const ContactSolveReport solved = solver_.solve(systems_, v);
-        report.solve_us += solution.microseconds();
+        const ContactSolveReport solved = timed(report.solve_us, [&] { return solver_.solve(systems_, v); });
         if (!solved.fallback.empty())
             report.fallback = fmt::format("at {:.6g} s: {}", time_ + dt, solved.fallback);
         ++report.newton_iterations;

@@ -13,6 +13,7 @@
 #include "sim/barrier/barrier_solver.hpp"
 #include "sim/contact/contact_detection.hpp"
 #include "sim/contact/contact_solver.hpp"
+#include "sim/fem/step_report.hpp"
 #include "sim/fem/step_system.hpp"
 #include "sim/world/driven_nodes.hpp"
 #include "sim/world/grip.hpp"
@@ -69,62 +70,12 @@ struct WorldBody {
     std::vector<Grip> grips{};
 };
 
-/// Why a step went wrong although its end was kept: it was rejected and could not be cut further, or what is
-/// wrong shows only at its end.
-enum class StepTrouble {
-    none,
-    approach,        // bodies, or a body and a sphere, approach each other too fast to be kept apart
-    linear_solver,   // a linear system was not solved to its tolerance
-    newton,          // Newton's iteration did not reach balance
-    overlap,         // contacts came to overlap too much
-    contact_passes,  // the passes that settle which contacts press and slip ran out
-    inverted,        // tetrahedra are inside out at the end of the step
-};
-
-/// Whether a pose after such a step should not be trained on.
-constexpr bool spoils_pose(StepTrouble trouble) noexcept {
-    return trouble != StepTrouble::none && trouble != StepTrouble::contact_passes;
-}
-
-/// Name in tables, for example "linear_solver"; empty for none.
-const char* name(StepTrouble trouble) noexcept;
-
-/// What a step did. Counts and costs are sums over its parts, rejected ones included; `contacts` is of the
-/// last part; energies, inverted elements and penetration are those at the end of the step. The contacts
-/// found at the end of a step are those at the start of the next, and count there.
-struct WorldReport {
-    double time = 0;              // seconds, end of the step
-    int contacts = 0;             // those that press
-    long face_pairs = 0;          // face pairs of patches that are close: no more can touch
-    long pairs_measured = 0;      // of two bodies, in the default mode: see BodyContactFinder::find()
-    long nodes_bounded = 0;       // bounds of tree nodes computed
-    long nodes_out_of_range = 0;  // of these, computed exactly because the input was out of distribution
-    long patches = 0;             // of bodies that meet themselves: leaves of up to sixteen faces
-    long patches_proved = 0;      // of these, proved to be apart from the faces around them
-    double proof_us = 0;          // microseconds of these proofs, part of collision_us
-    double update_us = 0;         // microseconds to start the poses of surfaces and trees
-    double collision_us = 0;      // microseconds of the queries for face pairs
-    double detect_us = 0;         // microseconds to find the contacts among these, and those with obstacles
-    int substeps = 0;             // number of equal parts; 1: the step was not cut
-    int newton_iterations = 0;    // linearisations of elasticity
-    double assemble_us = 0;       // microseconds to assemble the linear systems
-    double solve_us = 0;          // microseconds of the linear solves, contact iterations included
-    double rest_us = 0;           // microseconds of all else in the step
-    int solver_iterations = 0;    // of conjugate gradients
-    bool solver_converged = true;
+/// What a step did, in numbers and in words.
+struct WorldReport : StepReport {
     bool contacts_settled = true;  // see ContactSolveReport::settled
-    double kinetic_energy = 0, elastic_energy = 0,
-           gravity_energy = 0;       // joules; gravity_energy is 0 at the origin
-    double deepest_penetration = 0;  // metres, >= 0
-    // Of two features nearer than the contact distance, at the end of a step without intersections, metres;
-    // infinite if there are none, or intersections are allowed.
-    double least_distance = std::numeric_limits<double>::infinity();
-    int inverted_elements = 0;
     std::string fallback{};  // empty, or one line: why the iterative solver last fell back to a factorisation
-    std::string rejection{};  // empty, or one line: why a part of the step was last rejected
-    // The first of the step; `inverted` if there was no other but contact_passes.
-    StepTrouble trouble = StepTrouble::none;
-    std::string trouble_reason{};  // empty, or one line about it
+    std::string rejection{};       // empty, or one line: why a part of the step was last rejected
+    std::string trouble_reason{};  // empty, or one line about `trouble`
     std::string failure{};  // empty, or one line: why the step failed; the world must not be stepped again
 };
 
@@ -136,11 +87,11 @@ struct StartMove {
 
 /// Deformable bodies and obstacles under gravity, in contact with each other. A step is backward Euler, or
 /// BDF2 for bodies far from contact, with implicit contact forces (see ContactSolver), linearised once or
-/// solved by Newton's iteration. A rejected
-/// step is taken back and repeated in 2, 4, 8 ... equal parts. Reasons to reject: the linear system or
-/// Newton's iteration does not converge, bodies approach each other too fast for contact detection, contacts
-/// become too deep, or a failure. With ContactConfig::intersection_free, a barrier keeps surfaces apart
-/// instead, see Barrier. The same calls give the same bits on any number of threads.
+/// solved by Newton's iteration. A rejected step is taken back and repeated in 2, 4, 8 ... equal parts.
+/// Reasons to reject: the linear system or Newton's iteration does not converge, bodies approach each other
+/// too fast for contact detection, contacts become too deep, or a failure. With
+/// ContactConfig::intersection_free, a barrier keeps surfaces apart instead, see Barrier. The same calls give
+/// the same bits on any number of threads.
 class World {
  public:
     /// Throws std::invalid_argument for a number out of range.
@@ -264,11 +215,11 @@ class World {
     void forget_parts();
     void reset(const WorldSnapshot& snapshot);
 
-    // step_cutting.cpp
+    // world_step.cpp
+    void take_parts(double dt, WorldReport& report);
+    void tell_trouble(WorldReport& report) const;
     PartStart part_start() const;
     void take_back(const PartStart& start);
-
-    // world_step.cpp
     void detect(double dt);
     Rejection try_part(const StepPart& part, WorldReport& report);
     std::string move(const StepPart& part, const Eigen::VectorXd& v, bool is_solved, WorldReport& report);
@@ -335,8 +286,7 @@ class World {
     double time_ = 0;
     double dt_before_ = 0;       // length of the part that led to the current state; 0: none
     double detected_dt_ = 0;     // detection_ holds the contacts of a step of this length from here; 0: none
-    DetectionReport detected_;   // of that detection
-    double detecting_us_ = 0;    // microseconds in detect() since the step began
+    StepReport detected_;        // of that detection
     ContactSides sides_before_;  // its input
 };
 

@@ -1,8 +1,12 @@
-// One part of a step: contact detection, solution, motion, and whether the result is rejected.
+// A step, and its parts: contact detection, solution, motion, and whether the result is rejected.
 #include <fmt/format.h>
 
+#include <cmath>
+#include <optional>
 #include <stdexcept>
+#include <utility>
 
+#include "collision/base/stop.hpp"
 #include "collision/base/stopwatch.hpp"
 #include "sim/fem/kinetic_energy.hpp"
 #include "sim/world/world.hpp"
@@ -26,6 +30,94 @@ std::string pose_failure(int body, const ElementReport& elements, int count, con
 
 }  // namespace
 
+WorldReport World::step(double dt) {
+    if (!(dt > 0) || !std::isfinite(dt))
+        throw std::invalid_argument(fmt::format("world: dt is {}, but must be > 0", dt));
+    WorldReport report;
+    timed(report.rest_us, [&] { take_parts(dt, report); });
+    return report;
+}
+
+/// Takes a step in equal parts, at first in one. A rejected part is taken back and halved, with all that are
+/// left.
+void World::take_parts(double dt, WorldReport& report) {
+    const double begin = time_;
+    check_start();
+    start_driving(dt);
+    for (Body& body : bodies_) body.contact_forces.setZero();
+    report.substeps = 1;
+    std::optional<PartStart> first, later;  // what parts began from; the first is the start of the step
+    for (int done = 0; done < report.substeps;) {
+        const double share = 1.0 / report.substeps;
+        const StepPart part{.dt = dt * share,
+                            .end = begin + dt * ((done + 1) * share),
+                            .share = share,
+                            .finest = report.substeps >= config_.step.max_substeps};
+        const PartStart& start = (first ? later : first).emplace(part_start());
+        bool& settled = report.contacts_settled;  // of the parts that are kept
+        const bool settled_before = std::exchange(settled, true);
+        Rejection rejection;
+        try {
+            stop_if_asked();
+            rejection = try_part(part, report);
+        } catch (const StopAsked&) {
+            take_back(*first);
+            for (Body& body : bodies_)  // nodes driven in this step move in the next one
+                if (body.driven.start == begin) body.driven.end = begin;
+            throw;
+        }
+        if (rejection) report.rejection = fmt::format("at {:.6g} s: {}", part.end, rejection.reason);
+        const bool is_kept = !rejection || (part.finest && !rejection.fatal);
+        settled = settled_before && (settled || !is_kept);
+        if (is_kept) {
+            if (rejection && report.trouble == StepTrouble::none) {
+                report.trouble = rejection.trouble;
+                report.trouble_reason = report.rejection;
+            }
+            ++done;
+            continue;
+        }
+        take_back(start);
+        if (part.finest) {
+            report.failure = report.rejection;
+            break;
+        }
+        report.substeps *= 2;
+        done *= 2;
+    }
+    report.time = time_;
+    report.deepest_penetration = detection_.deepest();
+    measure(report);
+    tell_trouble(report);
+}
+
+/// What went wrong shows only at the end of the step where no part of it was rejected.
+void World::tell_trouble(WorldReport& report) const {
+    if (report.failure.empty() && report.trouble == StepTrouble::none && report.inverted_elements > 0) {
+        report.trouble = StepTrouble::inverted;
+        report.trouble_reason =
+            fmt::format("at {:.6g} s: {} tetrahedra are inside out", time_, report.inverted_elements);
+    }
+    if (report.trouble == StepTrouble::none && !report.contacts_settled) {
+        report.trouble = StepTrouble::contact_passes;
+        report.trouble_reason =
+            fmt::format("at {:.6g} s: {} passes did not settle which contacts press and slip", time_,
+                        config_.contact.iterations);
+    }
+}
+
+World::PartStart World::part_start() const {
+    PartStart start{.snapshot = snapshot(), .contact_forces = {}};
+    for (const Body& body : bodies_) start.contact_forces.push_back(body.contact_forces);
+    return start;
+}
+
+void World::take_back(const PartStart& start) {
+    reset(start.snapshot);
+    for (int b = 0; b < body_count(); ++b)
+        at(b).contact_forces = start.contact_forces[b];
+}
+
 /// Detects the contacts of a step of dt from the current state, unless they are known.
 void World::detect(double dt) {
     if (config_.contact.intersection_free || detected_dt_ == dt) return;
@@ -34,10 +126,10 @@ void World::detect(double dt) {
     detected_ = {};
     std::vector<ContactParty> parties;
     for (Body& body : bodies_) {
-        const Stopwatch watch;
-        body.surface.update(body.state.x);
-        if (body.tree) begin_pose(body, *body.tree);
-        detected_.update_us += watch.microseconds();
+        timed(detected_.update_us, [&] {
+            body.surface.update(body.state.x);
+            if (body.tree) begin_pose(body, *body.tree);
+        });
         parties.push_back({.elastic = *body.elastic,
                            .state = body.state,
                            .surface = body.surface,
@@ -47,7 +139,6 @@ void World::detect(double dt) {
     }
     detection_.find(parties, obstacles_, config_.contact, thickness(), time_, dt_before_, dt, detected_);
     detected_dt_ = dt;
-    detecting_us_ += detected_.update_us + detected_.collision_us + detected_.detect_us;
 }
 
 /// Moves the bodies by the solution v of the step and, if the step was solved to its tolerance, gives those
@@ -114,22 +205,13 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
 /// snapshot reports the same.
 World::Rejection World::try_part(const StepPart& part, WorldReport& report) {
     detect(part.dt);
-    report.face_pairs += detected_.face_pairs;
-    report.pairs_measured += detected_.pairs_measured;
-    report.nodes_bounded += detected_.nodes_bounded;
-    report.nodes_out_of_range += detected_.nodes_out_of_range;
-    report.patches += detected_.patches;
-    report.patches_proved += detected_.patches_proved;
-    report.proof_us += detected_.proof_us;
-    report.update_us += detected_.update_us;
-    report.collision_us += detected_.collision_us;
-    report.detect_us += detected_.detect_us;
+    report.add(detected_);
     const double depth = detection_.deepest(), max_approach = 4 * thickness();
     Rejection rejection;
-    if (detected_.approach > max_approach)
+    if (detection_.approach() > max_approach)
         rejection = {.reason = fmt::format("bodies may approach each other by {:.2g} m in a step, allowed: "
                                            "{:.2g}",
-                                           detected_.approach, max_approach),
+                                           detection_.approach(), max_approach),
                      .trouble = StepTrouble::approach};
     if (rejection && !part.finest) return rejection;
     choose_steps(part.dt);

@@ -179,7 +179,7 @@ def interrupt(program, folder, kept, state, *arguments):
     return folder / kept
 
 
-JOURNAL = b"nbdtree journal 4\n"
+JOURNAL = b"nbdtree journal 5\n"
 
 
 def records(journal):

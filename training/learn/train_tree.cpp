@@ -213,7 +213,7 @@ TreeFile train_tree(SurfaceBody body, FrameSource& source, TrainConfig config, c
     if (trains(config, BoundKind::learned_affine))
         file.tree.learned_affine = train_learned_affine(body, file.tree.boxes->tree(), source, frames,
                                                         config.learned_affine, run.stage);
-    if (run.hooks.cancel && *run.hooks.cancel) throw TrainingCancelled("training was stopped");
+    if (run.hooks.cancel && run.hooks.cancel()) throw TrainingCancelled("training was stopped");
     if (trains(config, BoundKind::nbd)) train_nbd(body, source, frames, config, run, file);
     return file;
 }

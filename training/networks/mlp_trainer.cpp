@@ -65,7 +65,7 @@ void check_mlp_config(const MlpConfig& c) {
 }
 
 std::optional<TrainedMlp> train_mlp(const PoseBlocks& poses, const PoseRows& targets, const MlpConfig& config,
-                                    std::uint64_t stream, const std::atomic<bool>* cancel) {
+                                    std::uint64_t stream, const std::function<bool()>& cancel) {
     std::vector<int> order(poses.blocks());
     std::iota(order.begin(), order.end(), 0);
     const int a_step = std::min((config.batch + PoseBlocks::block - 1) / PoseBlocks::block, poses.blocks());
@@ -86,7 +86,7 @@ std::optional<TrainedMlp> train_mlp(const PoseBlocks& poses, const PoseRows& tar
     };
 
     while (!decay.converged() && result.epochs < config.max_epochs) {
-        if (cancel && cancel->load(std::memory_order_relaxed)) return std::nullopt;
+        if (cancel && cancel()) return std::nullopt;
         shuffle(order, config.seed, stream, result.epochs++);
         decay.epoch_done(mean_over_steps([&](std::span<const int> blocks) {
             const float loss = batch.loss_and_gradient(result.weights, blocks, gradient);
@@ -135,7 +135,7 @@ void train_mlps(const PoseRows& inputs, const PoseRows& targets, const MlpConfig
         [&](int task) {
             const int node = missing[task];
             const PoseRows own = targets.middleCols(MlpShape::outputs * node, MlpShape::outputs);
-            auto network = train_mlp(poses, own, config, static_cast<std::uint64_t>(node), hooks.cancel);
+            auto network = train_mlp(poses, own, config, node, hooks.cancel);
             if (!network) return;
             const std::lock_guard lock(report);
             loss_sum += network->loss;

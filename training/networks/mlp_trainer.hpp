@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -41,9 +40,10 @@ struct TrainedMlp {
 
 /// Trains one network. poses: inputs; targets: [poses, 4]; both roughly within [-1, 1].
 /// stream: selects this network's random numbers, usually the node.
-/// Same bits for the same arguments. Returns nullopt if `cancel` becomes true.
+/// cancel: whether to stop, asked before every epoch. Same bits for the same arguments. Returns nullopt if
+/// it was stopped.
 std::optional<TrainedMlp> train_mlp(const PoseBlocks& poses, const PoseRows& targets, const MlpConfig& config,
-                                    std::uint64_t stream, const std::atomic<bool>* cancel = nullptr);
+                                    std::uint64_t stream, const std::function<bool()>& cancel = {});
 
 struct TrainingProgress {
     int nodes_done = 0, nodes = 0;
@@ -55,7 +55,7 @@ struct TrainingProgress {
 /// Lets the caller follow and stop a training. Calls come one at a time, from any thread.
 struct TrainingHooks {
     std::function<void(const TrainingProgress&)> progress{};  // after every node
-    const std::atomic<bool>* cancel = nullptr;                // true: stop at the next epoch
+    std::function<bool()> cancel{};                           // from any thread; true: stop at the next epoch
 };
 
 /// Thrown when the caller stops the training.

@@ -8,8 +8,8 @@
 #include <stdexcept>
 
 #include "apps/bench/measure/machine.hpp"
+#include "apps/cli/scene_files.hpp"
 #include "apps/simulate/film.hpp"
-#include "apps/simulate/scene_files.hpp"
 #include "collision/base/counter_random.hpp"
 #include "collision/base/stopwatch.hpp"
 #include "meshing/h5/atomic_file.hpp"

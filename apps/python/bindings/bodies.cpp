@@ -230,15 +230,13 @@ void bind_bodies(py::module_& m) {
         "save_body",
         [](const path& file, const Body& body) {
             check_output(file, {});
-            const FileCall call;
-            save_body(file, body);
+            long_call<FileCall>([&] { save_body(file, body); });
         },
         py::arg("path"), py::arg("body"), "Writes a body file under a temporary name and renames it.");
     m.def(
         "load_body",
         [](const path& file) {
-            const FileCall call;
-            return std::make_shared<Body>(load_body(file));
+            return long_call<FileCall>([&] { return std::make_shared<Body>(load_body(file)); });
         },
         py::arg("path"), "Reads a body file.");
     bind_modes(m);

@@ -113,11 +113,7 @@ void make_dataset(const Body& body, const path& file, int trajectories, int fram
 }
 
 py::dict manifest_of(const path& file) {
-    DatasetManifest manifest;
-    {
-        const FileCall call;
-        manifest = read_dataset_manifest(file);
-    }
+    const auto manifest = long_call<FileCall>([&] { return read_dataset_manifest(file); });
     const py::object read = py::module_::import("json").attr("loads");
     py::dict all;
     all["train_trajectories"] = manifest.train_trajectories;

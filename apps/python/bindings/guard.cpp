@@ -1,10 +1,7 @@
 // What pybind11 does not do by itself for all classes and functions of the module.
-#include <fmt/format.h>
 #include <pybind11/pybind11.h>
 
 #include <string>
-#include <string_view>
-#include <vector>
 
 #include "apps/python/bindings/bindings.hpp"
 
@@ -20,81 +17,32 @@ constexpr const char* without_init =
 /// pybind11 asks for memory when a method is called on an object that has no C++ object yet.
 void* refuse_memory(std::size_t) { throw py::type_error(without_init); }
 
-std::string without(std::string text, std::string_view part) {
-    for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at))
-        text.erase(at, part.size());
-    return text;
-}
-
-/// A value as a message shows it: short plain ones as they are, others by their type.
-std::string shown(py::handle value) {
-    constexpr std::size_t most = 60;
-    if (value.is_none() || PyFloat_Check(value.ptr()) || PyLong_CheckExact(value.ptr()) ||
-        PyBool_Check(value.ptr()) || PyUnicode_CheckExact(value.ptr())) {
-        try {
-            std::string text = py::repr(value);
-            if (text.size() <= most) return text;
-        } catch (py::error_already_set&) {
-            // Numbers of very many digits and broken texts have no short form.
-        }
-    }
-    return py::type::of(value).attr("__name__").cast<std::string>();
-}
-
-std::string shown(py::handle arguments, py::handle named, std::size_t first) {
-    std::vector<std::string> parts;
-    const auto all = py::reinterpret_borrow<py::tuple>(arguments);
-    for (std::size_t i = first; i < all.size(); ++i) parts.push_back(shown(all[i]));
-    if (named)
-        for (const auto& [name, value] : py::reinterpret_borrow<py::dict>(named))
-            parts.push_back(fmt::format("{}={}", std::string(py::str(name)), shown(value)));
-    return fmt::format("({})", fmt::join(parts, ", "));
-}
-
-/// A line instead of pybind11's paragraph about arguments that fit no signature, or its riddle about shared
-/// objects made by __new__() alone; empty for other texts.
-std::string one_line(const std::string& text, py::handle arguments, py::handle named) {
-    if (text.starts_with("Unable to cast from non-held to held instance")) return without_init;
-    constexpr std::string_view list = "    1. ";
-    const auto begin = text.find(list), end = text.find('\n', begin == std::string::npos ? 0 : begin);
-    if (text.find("arguments. The following argument types are supported:") == std::string::npos ||
-        begin == std::string::npos || end == std::string::npos)
-        return {};
-    std::string signature = text.substr(begin + list.size(), end - begin - list.size());
-    signature = without(signature.substr(0, signature.rfind(" -> ")), "nbdtree._nbdtree.");
-    std::size_t first = 0;  // argument that the caller gave
-    if (constexpr std::string_view self = "(self: "; signature.starts_with(self)) {
-        const auto next = signature.find_first_of(",)");
-        signature.erase(1, next - (signature[next] == ',' ? -1 : 1));
-        first = 1;
-    }
-    if (text.find("(): incompatible constructor") != std::string::npos) first = 1;
-    std::string name = text.substr(0, text.find("(): incompatible"));
-    if (signature.starts_with("("))
-        signature.insert(0, name);
-    else
-        name = signature.substr(0, signature.find('('));  // of the class
-    return fmt::format("{}: was called with {}; allowed: {}", name.empty() ? "property" : name + "()",
-                       shown(arguments, named, first), signature);
-}
-
 PyCFunctionWithKeywords dispatch = nullptr;  // what pybind11 calls for each of its functions
 
+/// Calls it. A line takes the place of pybind11's paragraph about arguments that fit no signature, and of its
+/// riddle about shared objects made by __new__() alone.
 PyObject* call_in_one_line(PyObject* self, PyObject* arguments, PyObject* named) {
     PyObject* result = dispatch(self, arguments, named);
     if (result || !(PyErr_ExceptionMatches(PyExc_TypeError) || PyErr_ExceptionMatches(PyExc_RuntimeError)))
         return result;
     py::error_already_set error;
-    std::string line;
     try {
-        line = one_line(py::str(error.value()), arguments, named);
+        const std::string text = py::str(error.value());
+        py::object line = py::none();
+        if (text.starts_with("Unable to cast from non-held to held instance"))
+            line = py::str(without_init);
+        else if (text.find("arguments. The following argument types are supported:") != text.npos)
+            line = py::module_::import("nbdtree._errors")
+                       .attr("wrong_arguments")(text, py::handle(arguments),
+                                                named ? py::handle(named) : py::handle(py::dict()));
+        if (!line.is_none()) {
+            PyErr_SetObject(PyExc_TypeError, line.ptr());
+            return nullptr;
+        }
     } catch (py::error_already_set&) {
         // The error stays as it was.
     }
-    if (line.empty())
-        error.restore();
-    else
-        PyErr_SetString(PyExc_TypeError, line.c_str());
+    error.restore();
     return nullptr;
 }
 

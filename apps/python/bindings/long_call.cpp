@@ -1,161 +1,102 @@
 #include "apps/python/bindings/long_call.hpp"
 
-#include <algorithm>
-#include <array>
 #include <chrono>
-#include <condition_variable>
 #include <csignal>
 #include <thread>
 #include <utility>
-#include <vector>
-
-#include "collision/base/notice.hpp"
 
 namespace nbd::python {
 namespace {
 
-std::mutex collecting;
-std::vector<std::string> notices;
-
-std::mutex counting;
-std::condition_variable none_running;
-int running = 0;
+/// What threads share. Only read and changed with the GIL, so that a fork finds it whole.
+struct Shared {
+    pid_t process = 0;
+    int running = 0, stoppable = 0;  // objects of LongCall and of Stoppable
+};
+thread_local int own_running = 0, own_stoppable = 0;  // of this thread, the only one in the child of a fork
+thread_local bool is_in_python = false;  // whether it runs a function of the caller inside a call
 bool is_ending = false;
+struct sigaction before;  // what handled Ctrl-C before the first Stoppable
 
-/// Never returns: this thread holds objects of C++ that the end of the interpreter would tear down.
-[[noreturn]] void sleep_forever() {
-    for (;;) std::this_thread::sleep_for(std::chrono::hours(1));
+Shared& shared() {
+    static Shared all;
+    if (all.process != getpid()) all = {getpid(), own_running, own_stoppable};
+    return all;
 }
 
-// What a handler of signals may touch: the flags of the calls that can be stopped.
-std::array<std::atomic<std::atomic<bool>*>, 64> flags_of_calls{};
-std::mutex handling;
-int handlers = 0;
-struct sigaction before;  // what handled Ctrl-C when the first of these calls began
-
-/// Also calls the handler of Python, which only notes the signal.
-void note_and_pass_on(int signal) {
-    for (auto& flag : flags_of_calls)
-        if (std::atomic<bool>* asked = flag.load()) *asked = true;
-    before.sa_handler(signal);
+void count(int Shared::*number, int& own, int change) {
+    shared().*number += change;
+    own += change;
 }
 
-/// Ends what note_and_pass_on() does.
-void handle_as_before() {
+/// The handler of Ctrl-C in a struct as sigaction() takes it.
+void (*handler())(int) {
     struct sigaction now {};
     sigaction(SIGINT, nullptr, &now);
-    if (now.sa_handler == note_and_pass_on) sigaction(SIGINT, &before, nullptr);
+    return now.sa_handler;
 }
 
-// What this thread does.
-thread_local bool is_in_progress = false;
-thread_local std::vector<std::atomic<bool>*>
-    own_flags;  // of its calls that can be stopped, each in the one before
+void sleep() { std::this_thread::sleep_for(std::chrono::milliseconds(1)); }
 
-std::atomic<bool> files_are_held = false;  // by a FileCall
-bool files_are_lost = false;               // a fork left the thread that held them behind
+/// While alive, this thread has the GIL and must not use files.
+struct InPython {
+    InPython() : outer(std::exchange(is_in_python, true)) {}
+    ~InPython() { is_in_python = outer; }
+    py::gil_scoped_acquire acquired;
+    bool outer;
+};
 
 }  // namespace
 
-void collect_notices() noexcept {
-    set_notice_handler([](std::string_view line) {
-        const std::scoped_lock lock(collecting);
-        notices.emplace_back(line);
-    });
+LongCall::Running::Running() {
+    if (is_ending) {  // objects of C++ that this thread holds must not be torn down by the interpreter
+        const py::gil_scoped_release released;
+        for (;;) sleep();
+    }
+    count(&Shared::running, own_running, 1);
 }
 
-LongCall::End::~End() {
-    std::vector<std::string> lines;
-    {
-        const std::scoped_lock lock(collecting);
-        lines.swap(notices);
-    }
-    const py::error_scope kept;  // of an exception that is on its way
-    for (const std::string& line : lines)
-        if (PyErr_WarnEx(PyExc_UserWarning, line.c_str(), 1) != 0) PyErr_WriteUnraisable(nullptr);
-    const std::scoped_lock lock(counting);
-    if (--running == 0) none_running.notify_all();
-}
-
-LongCall::LongCall() {
-    {
-        std::unique_lock lock(counting);
-        if (is_ending) {
-            lock.unlock();
-            sleep_forever();
-        }
-        ++running;
-    }
-    hold_blas_to_one_thread();
-}
+LongCall::Running::~Running() { count(&Shared::running, own_running, -1); }
 
 void end_calls() {
-    const py::gil_scoped_release released;
-    std::unique_lock lock(counting);
     is_ending = true;
-    none_running.wait(lock, [] { return running == 0; });
-}
-
-void before_fork() {
-    counting.lock();
-    handling.lock();
-    collecting.lock();
-}
-
-void after_fork_in_parent() {
-    collecting.unlock();
-    handling.unlock();
-    counting.unlock();
-}
-
-void after_fork_in_child() {
-    running = is_in_progress ? 1 : 0;
-    files_are_lost = files_are_held && !is_in_progress;
-    for (auto& flag : flags_of_calls)
-        if (std::ranges::find(own_flags, flag.load()) == own_flags.end()) flag = nullptr;
-    handlers = own_flags.size();
-    if (handlers == 0) handle_as_before();
-    after_fork_in_parent();
+    while (shared().running > 0) {
+        const py::gil_scoped_release released;
+        sleep();
+    }
 }
 
 std::mutex& FileCall::files() {
     static std::mutex one;
-    if (is_in_progress)
+    if (is_in_python)
         throw std::runtime_error("progress: must not call functions that read or write files of nbdtree");
-    if (files_are_lost)
+    if (const pid_t holder = holder_; holder != 0 && holder != getpid())
         throw std::runtime_error(
             "files of nbdtree were in use by another thread when this process was forked; allowed: processes "
             "that are started anew (spawn), or a fork while no thread uses files");
     return one;
 }
 
-FileCall::Turn::Turn(std::mutex& mutex) : lock(mutex) { files_are_held = true; }
-FileCall::Turn::~Turn() { files_are_held = false; }
+/// Also calls the handler of Python, which only notes the signal.
+void Stoppable::count_and_pass_on(int signal) {
+    ++presses_;
+    before.sa_handler(signal);
+}
 
 Stoppable::Stoppable() {
-    const std::scoped_lock lock(handling);
-    own_flags.push_back(&asked_);
-    for (auto& flag : flags_of_calls) {
-        std::atomic<bool>* free = nullptr;
-        if (flag.compare_exchange_strong(free, &asked_)) break;
-    }
-    if (handlers++ > 0) return;
+    count(&Shared::stoppable, own_stoppable, 1);
+    if (handler() == count_and_pass_on) return;
     sigaction(SIGINT, nullptr, &before);
     if ((before.sa_flags & SA_SIGINFO) || before.sa_handler == SIG_DFL || before.sa_handler == SIG_IGN)
         return;
     struct sigaction ours = before;
-    ours.sa_handler = note_and_pass_on;
+    ours.sa_handler = count_and_pass_on;
     sigaction(SIGINT, &ours, nullptr);
 }
 
 Stoppable::~Stoppable() {
-    const std::scoped_lock lock(handling);
-    for (auto& flag : flags_of_calls) {
-        std::atomic<bool>* ours = &asked_;
-        flag.compare_exchange_strong(ours, nullptr);
-    }
-    own_flags.pop_back();
-    if (--handlers == 0) handle_as_before();
+    count(&Shared::stoppable, own_stoppable, -1);
+    if (shared().stoppable == 0 && handler() == count_and_pass_on) sigaction(SIGINT, &before, nullptr);
 }
 
 void raise_stop(const std::string& what_is_kept) {
@@ -171,20 +112,24 @@ Progress::Progress(py::object function, Stoppable& stoppable)
 
 void Progress::tell(std::string_view what, double done, double total) noexcept {
     if (function_.is_none()) return;
-    const py::gil_scoped_acquire acquired;
+    const InPython python;
     if (raised_) return;
-    is_in_progress = true;
     try {
         function_(what, done, total);
     } catch (...) {
         raised_ = std::current_exception();
         stoppable_.stop();
     }
-    is_in_progress = false;
 }
 
 void Progress::check() const {
     if (raised_) std::rethrow_exception(raised_);
+}
+
+void warn(std::string_view line) noexcept {
+    const InPython python;
+    const py::error_scope kept;  // of an exception that is on its way
+    if (PyErr_WarnEx(PyExc_UserWarning, std::string(line).c_str(), 1) != 0) PyErr_WriteUnraisable(nullptr);
 }
 
 }  // namespace nbd::python

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <pybind11/pybind11.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <exception>
@@ -22,41 +23,39 @@ struct Stopped : std::runtime_error {
 };
 
 /// While alive, other threads of Python run, and BLAS has one thread, as in the program. Calls of several
-/// threads may overlap.
+/// threads may overlap. Make it with the GIL.
 class LongCall {
  public:
-    LongCall();
+    LongCall() { hold_blas_to_one_thread(); }
     ~LongCall() = default;
     LongCall(const LongCall&) = delete;
     LongCall& operator=(const LongCall&) = delete;
 
  private:
-    struct End {
-        ~End();
-    } end_;  // destroyed last, when the GIL is held again
+    struct Running {
+        Running();
+        ~Running();
+    } running_;  // begins and ends with the GIL
     py::gil_scoped_release released_;
     RestoredBlasThreads blas_;
 };
 
 /// A long call that reads or writes HDF5 files, whose library serves one thread at a time: such calls of
-/// several threads wait for each other. Throws std::runtime_error inside a Progress, whose call holds the
-/// files, and in the child of a fork during which another thread held them.
+/// several threads wait for each other. Throws std::runtime_error inside a function that tells of progress,
+/// whose call holds the files, and in the child of a fork during which another thread held them.
 class FileCall : public LongCall {
  public:
-    FileCall() : one_(files()) {}
+    FileCall() : one_(files()) { holder_ = getpid(); }
+    ~FileCall() { holder_ = 0; }
 
  private:
-    struct Turn {
-        explicit Turn(std::mutex& mutex);
-        ~Turn();
-        std::scoped_lock<std::mutex> lock;
-    };
     static std::mutex& files();
-    Turn one_;
+    inline static std::atomic<pid_t> holder_ = 0;  // the process of the call that has the files; 0: none
+    std::scoped_lock<std::mutex> one_;
 };
 
-/// While alive, Ctrl-C sets asked(), beside what Python does, and stop_if_asked() of this thread looks at it.
-/// Make it with the GIL, before a FileCall.
+/// While alive, Ctrl-C makes stop_if_asked() of this thread throw, beside what Python does. Make it with the
+/// GIL, before a LongCall.
 class Stoppable {
  public:
     Stoppable();
@@ -64,26 +63,37 @@ class Stoppable {
     Stoppable(const Stoppable&) = delete;
     Stoppable& operator=(const Stoppable&) = delete;
 
-    const std::atomic<bool>& asked() const noexcept { return asked_; }
-    void stop() noexcept { asked_ = true; }
+    /// From any thread.
+    bool asked() const noexcept { return is_stopped_ || presses_ != presses_before_; }
+    void stop() noexcept { is_stopped_ = true; }
 
  private:
-    std::atomic<bool> asked_ = false;
-    StopScope scope_{asked_};
+    static void count_and_pass_on(int signal);
+    inline static std::atomic<int> presses_ = 0;  // of Ctrl-C while there was an object of this class
+
+    std::atomic<bool> is_stopped_ = false;
+    int presses_before_ = presses_;
+    StopScope scope_{[this] { return asked(); }};
 };
 
 /// Raises what the signal handlers of Python raise, KeyboardInterrupt for Ctrl-C. Call it after a call that
 /// was stopped; throws Stopped where no handler raises.
 [[noreturn]] void raise_stop(const std::string& what_is_kept);
 
-/// Returns work(), which runs as a long call that Ctrl-C stops where the library calls stop_if_asked().
-/// Throws as raise_stop() then; nothing of the work is kept.
+/// Returns work(), which runs as a long call.
+template <class Call = LongCall, class Work>
+auto long_call(const Work& work) {
+    const Call call;
+    return work();
+}
+
+/// The same, which Ctrl-C stops where the library calls stop_if_asked(). Throws as raise_stop() then; nothing
+/// of the work is kept.
 template <class Call = LongCall, class Work>
 auto stoppable(const Work& work) {
-    Stoppable stop;
+    const Stoppable stop;
     try {
-        const Call call;
-        return work();
+        return long_call<Call>(work);
     } catch (const StopAsked&) {
         raise_stop("the call was stopped, nothing of it is kept");
     }
@@ -107,19 +117,12 @@ class Progress {
     std::exception_ptr raised_;
 };
 
-/// Notices of the library become warnings of Python at the end of each LongCall.
-void collect_notices() noexcept;
+/// A notice of the library becomes a warning of Python. From any thread.
+void warn(std::string_view line) noexcept;
 
-/// Waits until no thread is in a LongCall, and lets none return from a later one. For the end of the
-/// interpreter, which threads that hold objects of C++ must not see.
+/// Waits until no thread is in a LongCall, and lets none begin another one. For the end of the interpreter,
+/// which threads that hold objects of C++ must not see. Call it with the GIL.
 void end_calls();
-
-/// For a fork, whose child has only the thread that forked: calls of other threads never end there. What they
-/// share is held over the fork, and the child forgets them. Call them before it, and after it in the parent
-/// and in the child.
-void before_fork();
-void after_fork_in_parent();
-void after_fork_in_child();
 
 /// An object of ours that only one thread at a time may use.
 class Lockable {
@@ -136,9 +139,9 @@ class Use {
  public:
     Use(Lockable& object, const char* name) : object_(object) {
         if (object_.is_used_.exchange(true))
-            throw std::runtime_error(std::string(name) +
-                                     ": is in use by another thread; allowed: one at a "
-                                     "time, or an object for each thread");
+            throw std::runtime_error(
+                std::string(name) +
+                ": is in use by another thread; allowed: one at a time, or an object for each thread");
     }
     ~Use() { object_.is_used_ = false; }
     Use(const Use&) = delete;

@@ -7,6 +7,7 @@
 
 #include "apps/python/bindings/bindings.hpp"
 #include "apps/python/bindings/long_call.hpp"
+#include "collision/base/notice.hpp"
 #include "meshing/h5/version.hpp"
 
 namespace nbd::python {
@@ -26,7 +27,7 @@ void set_thread_count(int count) {
 
 PYBIND11_MODULE(_nbdtree, module) {
     module.attr("__version__") = std::string(version());
-    collect_notices();
+    set_notice_handler(warn);
     py::register_exception<Stopped>(module, "Stopped", PyExc_KeyboardInterrupt).attr("__doc__") =
         "A long call was stopped although no signal handler raised an exception.";
     // Python copies the module into further interpreters without calling it.
@@ -50,10 +51,6 @@ PYBIND11_MODULE(_nbdtree, module) {
     bind_training(module);
     bind_evaluation(module);
     guard(module);
-    py::module_::import("os").attr("register_at_fork")(
-        py::arg("before") = py::cpp_function(before_fork),
-        py::arg("after_in_parent") = py::cpp_function(after_fork_in_parent),
-        py::arg("after_in_child") = py::cpp_function(after_fork_in_child));
     py::module_::import("atexit").attr("register")(py::cpp_function([] {
         end_calls();
         thread_limit.reset();  // while TBB is still there

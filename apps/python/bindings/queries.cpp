@@ -207,11 +207,7 @@ py::list touching(ManyBodyObject& self, const std::vector<Posed*>& bodies, const
         held.push_back(py::cast(body, py::return_value_policy::reference));
         trees.push_back(&body->tree);
     }
-    std::span<const TouchingBodies> found;
-    {
-        const LongCall call;
-        found = ask(self.query, trees);
-    }
+    const std::span<const TouchingBodies> found = long_call([&] { return ask(self.query, trees); });
     py::list all;
     for (const TouchingBodies& pair : found)
         all.append(py::make_tuple(pair.bodies.a, pair.bodies.b, pair_array(pair.faces)));
@@ -254,13 +250,10 @@ void bind_one_shot(py::module_& m) {
         "intersecting_faces",
         [](py::handle xa, py::handle fa, py::handle xb, py::handle fb) {
             const TwoSurfaces of(xa, fa, xb, fb);
-            std::vector<FacePair> pairs;
-            {
-                const LongCall call;
-                pairs = intersecting_faces(of.xa.as<Nodes>(), of.fa.as<Faces>(), of.xb.as<Nodes>(),
-                                           of.fb.as<Faces>());
-            }
-            return pair_array(pairs);
+            return pair_array(long_call([&] {
+                return intersecting_faces(of.xa.as<Nodes>(), of.fa.as<Faces>(), of.xb.as<Nodes>(),
+                                          of.fb.as<Faces>());
+            }));
         },
         py::arg("xa"), py::arg("fa"), py::arg("xb"), py::arg("fb"),
         "Pairs of faces of two surfaces that have a point in common, [pairs, 2]. Positions become "
@@ -271,13 +264,10 @@ void bind_one_shot(py::module_& m) {
         [](py::handle xa, py::handle fa, py::handle xb, py::handle fb, double distance) {
             const TwoSurfaces of(xa, fa, xb, fb);
             const float d = checked_distance(distance);
-            std::vector<FacePair> pairs;
-            {
-                const LongCall call;
-                pairs = face_pairs_within(of.xa.as<Nodes>(), of.fa.as<Faces>(), of.xb.as<Nodes>(),
-                                          of.fb.as<Faces>(), d);
-            }
-            return pair_array(pairs);
+            return pair_array(long_call([&] {
+                return face_pairs_within(of.xa.as<Nodes>(), of.fa.as<Faces>(), of.xb.as<Nodes>(),
+                                         of.fb.as<Faces>(), d);
+            }));
         },
         py::arg("xa"), py::arg("fa"), py::arg("xb"), py::arg("fb"), py::arg("distance"),
         "Likewise pairs at most `distance` apart (metres).");
@@ -285,13 +275,10 @@ void bind_one_shot(py::module_& m) {
         "closest_points",
         [](py::handle xa, py::handle fa, py::handle xb, py::handle fb) {
             const TwoSurfaces of(xa, fa, xb, fb);
-            std::optional<ClosestFaces> found;
-            {
-                const LongCall call;
-                found = closest_points(of.xa.as<Nodes>(), of.fa.as<Faces>(), of.xb.as<Nodes>(),
-                                       of.fb.as<Faces>());
-            }
-            return closest_faces(*found);
+            return closest_faces(long_call([&] {
+                return closest_points(of.xa.as<Nodes>(), of.fa.as<Faces>(), of.xb.as<Nodes>(),
+                                      of.fb.as<Faces>());
+            }));
         },
         py::arg("xa"), py::arg("fa"), py::arg("xb"), py::arg("fb"),
         "The closest faces of two surfaces and their closest points, as ClosestQuery.closest().");

@@ -69,10 +69,7 @@ py::array read_frames(ReaderObject& self, int trajectory, int begin, std::option
     const int wanted = frame_count(self, trajectory, begin, count);
     const Use use(self.lock, "RecordingReader");
     Vertices x;
-    {
-        const FileCall call;
-        self.reader->read(trajectory, begin, wanted, x);
-    }
+    long_call<FileCall>([&] { self.reader->read(trajectory, begin, wanted, x); });
     return owned(std::move(x)).reshape({wanted, self.reader->nodes(trajectory), 3});
 }
 
@@ -86,10 +83,7 @@ py::array read_field(ReaderObject& self, int trajectory, const std::string& name
     const int wanted = frame_count(self, trajectory, begin, count);
     const Use use(self.lock, "RecordingReader");
     Vertices rows;
-    {
-        const FileCall call;
-        self.reader->read_field(trajectory, field->field, begin, wanted, rows);
-    }
+    long_call<FileCall>([&] { self.reader->read_field(trajectory, field->field, begin, wanted, rows); });
     if (field->of_tets)
         return owned(std::move(rows)).reshape({wanted, self.reader->contents(trajectory).tets, 3, 3});
     return owned(std::move(rows)).reshape({wanted, self.reader->nodes(trajectory), 3});
@@ -99,11 +93,8 @@ py::array read_field(ReaderObject& self, int trajectory, const std::string& name
 py::list read_contact_edges(ReaderObject& self, int trajectory, int begin, std::optional<int> count) {
     const int wanted = frame_count(self, trajectory, begin, count);
     const Use use(self.lock, "RecordingReader");
-    std::vector<std::vector<ContactEdge>> frames;
-    {
-        const FileCall call;
-        frames = self.reader->read_contact_edges(trajectory, begin, wanted);
-    }
+    const auto frames =
+        long_call<FileCall>([&] { return self.reader->read_contact_edges(trajectory, begin, wanted); });
     py::list all;
     for (const std::vector<ContactEdge>& edges : frames) {
         std::vector<std::int32_t> rows;
@@ -178,12 +169,7 @@ void bind_reader(py::module_& m) {
             "times",
             [](ReaderObject& self, int i) {
                 const Use use(self.lock, "RecordingReader");
-                std::vector<double> times;
-                {
-                    const FileCall call;
-                    times = self.reader->times(checked(self, i));
-                }
-                return owned(std::move(times));
+                return owned(long_call<FileCall>([&] { return self.reader->times(checked(self, i)); }));
             },
             py::arg("trajectory"), "Seconds, one for each frame: a new array.")
         .def("facts", &facts_of, py::arg("trajectory"),

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "apps/simulate/scene_files.hpp"
+#include "apps/cli/scene_files.hpp"
 #include "sim/scene/scene.hpp"
 
 namespace nbd::python {

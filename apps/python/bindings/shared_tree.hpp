@@ -33,10 +33,7 @@ struct PosedTreeObject {
     void pose(const Start& start, py::object first, py::object second = py::none()) {
         const auto before = std::exchange(refers_to, {});  // until the pose that they belong to has ended
         world.reset();
-        {
-            const LongCall call;
-            start();
-        }
+        long_call(start);
         refers_to = {std::move(first), std::move(second)};
     }
 

@@ -73,7 +73,7 @@ SharedFile train_body(const Body& body, const path& data, const TrainOptions& op
     TrainRun run;
     run.checkpoint = checkpoint;
     run.stage = [&](std::string_view stage) { progress.tell(stage, 0, 1); };
-    run.hooks.cancel = &stoppable.asked();
+    run.hooks.cancel = [&] { return stoppable.asked(); };
     run.hooks.progress = [&](const TrainingProgress& done) {
         progress.tell("networks", done.nodes_done, done.nodes);
     };

@@ -72,15 +72,14 @@ int checked(const WorldObject& self, int body) {
 WorldReport step(WorldObject& self, std::optional<double> dt) {
     const Change change(self);
     const double length = dt.value_or(self.scene.time.dt);
+    const auto work = [&] { return self.world.step(length); };
     try {
         const Stoppable stop;
-        const LongCall call;
-        return self.world.step(length);
+        return long_call(work);
     } catch (const StopAsked&) {
         if (PyErr_CheckSignals() != 0) throw py::error_already_set();
     }
-    const LongCall call;
-    return self.world.step(length);
+    return long_call(work);
 }
 
 /// [(body, by), ...]
@@ -98,8 +97,7 @@ py::list resolve_start(WorldObject& self) {
 
 void check_start(WorldObject& self) {
     const Use use(self.posing->lock, "World");
-    const LongCall call;
-    self.world.check_start();
+    long_call([&] { self.world.check_start(); });
 }
 
 /// A view of an array that the world keeps in place, and whose memory keeps the world alive.
@@ -193,26 +191,16 @@ void bind_queries_of_world(py::class_<WorldObject>& world) {
                 if (checked(self, a) == checked(self, b))
                     throw std::invalid_argument(
                         "a and b are one body; allowed: two, or intersecting_faces()");
-                std::vector<FacePair> pairs;
                 const Use use(self.posing->lock, "World");
-                {
-                    const LongCall call;
-                    pairs = self.world.intersecting(a, b);
-                }
-                return pair_array(pairs);
+                return pair_array(long_call([&] { return self.world.intersecting(a, b); }));
             },
             py::arg("a"), py::arg("b"), "Intersecting face pairs of two bodies now, found with their bounds.")
         .def(
             "intersecting_faces",
             [](WorldObject& self) {
-                std::vector<Intersection> found;
                 const Use use(self.posing->lock, "World");
-                {
-                    const LongCall call;
-                    found = self.world.intersecting_faces();
-                }
                 std::vector<std::tuple<int, int, int, int>> all;
-                for (const Intersection& hit : found)
+                for (const Intersection& hit : long_call([&] { return self.world.intersecting_faces(); }))
                     all.emplace_back(hit.surface_a, hit.a, hit.surface_b, hit.b);
                 return all;
             },
@@ -225,35 +213,22 @@ void bind_queries_of_world(py::class_<WorldObject>& world) {
 }
 
 void bind_report(py::module_& m) {
-    py::class_<WorldReport>(m, "WorldReport", "What a step did; SI units, costs in microseconds.")
-        .def_readonly("time", &WorldReport::time)
-        .def_readonly("contacts", &WorldReport::contacts)
-        .def_readonly("face_pairs", &WorldReport::face_pairs)
-        .def_readonly("pairs_measured", &WorldReport::pairs_measured)
-        .def_readonly("nodes_bounded", &WorldReport::nodes_bounded)
-        .def_readonly("nodes_out_of_range", &WorldReport::nodes_out_of_range)
-        .def_readonly("patches", &WorldReport::patches)
-        .def_readonly("patches_proved", &WorldReport::patches_proved)
-        .def_readonly("proof_us", &WorldReport::proof_us)
-        .def_readonly("update_us", &WorldReport::update_us)
-        .def_readonly("collision_us", &WorldReport::collision_us)
-        .def_readonly("detect_us", &WorldReport::detect_us)
-        .def_readonly("substeps", &WorldReport::substeps)
-        .def_readonly("newton_iterations", &WorldReport::newton_iterations)
-        .def_readonly("assemble_us", &WorldReport::assemble_us)
-        .def_readonly("solve_us", &WorldReport::solve_us)
-        .def_readonly("rest_us", &WorldReport::rest_us)
-        .def_readonly("solver_iterations", &WorldReport::solver_iterations)
-        .def_readonly("solver_converged", &WorldReport::solver_converged)
-        .def_readonly("kinetic_energy", &WorldReport::kinetic_energy)
-        .def_readonly("elastic_energy", &WorldReport::elastic_energy)
-        .def_readonly("gravity_energy", &WorldReport::gravity_energy)
-        .def_readonly("deepest_penetration", &WorldReport::deepest_penetration)
-        .def_readonly("least_distance", &WorldReport::least_distance)
-        .def_readonly("inverted_elements", &WorldReport::inverted_elements)
-        .def_property_readonly("trouble",
-                               [](const WorldReport& report) { return std::string(name(report.trouble)); })
-        .def_readonly("trouble_reason", &WorldReport::trouble_reason)
+    py::class_<WorldReport> report(m, "WorldReport", "What a step did; SI units, costs in microseconds.");
+    for (const StepNumber& number : step_numbers)
+        std::visit(
+            [&](auto member) {
+                report.def_property_readonly(
+                    number.name,
+                    [member](const WorldReport& r) {
+                        if constexpr (std::is_same_v<decltype(member), StepTrouble StepReport::*>)
+                            return std::string(name(r.*member));
+                        else
+                            return r.*member;
+                    },
+                    number.text);
+            },
+            number.member);
+    report.def_readonly("trouble_reason", &WorldReport::trouble_reason)
         .def_readonly("failure", &WorldReport::failure,
                       "Empty, or why the step failed; the world must not be stepped again.")
         .def("__repr__", [](const WorldReport& report) {

@@ -62,7 +62,7 @@ class FarBoxes : public testing::Test {
                 trees[b].begin_pose(surfaces[b].x_float());
             parties.push_back({elastic, states[b], surfaces[b], elastic.material().young, &trees[b]});
         }
-        DetectionReport report;
+        StepReport report;
         ContactDetection detection;
         detection.find(parties, {}, {}, thickness, 0, 0, 5e-3, report);
         const int computed = surfaces[0].computed();

@@ -95,7 +95,7 @@ TEST(Scene, ReadsEveryKey) {
     EXPECT_EQ(spec.obstacles[2].mesh, std::filesystem::path("folder/rock.obj"));
     EXPECT_EQ(spec.gravity, Eigen::Vector3d(0, -9.81, 0));
     EXPECT_DOUBLE_EQ(spec.contact.thickness, 0.005);
-    EXPECT_EQ(spec.contact.per_group, 7);
+    EXPECT_EQ(spec.contact.contacts_per_node_pair, 7);
     EXPECT_EQ(spec.obstacles[1].obstacle.start, 1);
     EXPECT_EQ(spec.obstacles[1].obstacle.stop, 2.5);
     EXPECT_EQ(spec.step.newton_iterations, 3);

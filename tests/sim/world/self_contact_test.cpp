@@ -118,7 +118,7 @@ TEST_F(Hairpin, ProofsThatFacesAreApartChangeNoContact) {
     for (const double gap : {0.03, 0.015, 0.005, 0.001, -0.003, -0.008}) {
         const std::vector<Contact> one = find(proving, sides_of_proving, gap, 0.3),
                                    other = find(plain, sides_of_plain, gap, 0.3);
-        EXPECT_LT(proving.face_pairs(), plain.face_pairs() - 1000) << gap;
+        EXPECT_LT(proving.costs().face_pairs, plain.costs().face_pairs - 1000) << gap;
         ASSERT_EQ(one.size(), other.size()) << gap;
         for (std::size_t i = 0; i < one.size(); ++i) {
             EXPECT_EQ(one[i].gap, other[i].gap);

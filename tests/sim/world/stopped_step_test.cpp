@@ -68,7 +68,7 @@ TEST_P(StoppedStep, IsTakenBackAndBeginsAgainWithTheSameBits) {
             try {
                 if (i % 3 == 0 && tries < 20) {  // so that every step comes to its end
                     const Asking asks(asked, seconds_of_a_step * (++tries % 5) / 5);
-                    const StopScope scope(asked);
+                    const StopScope scope([&] { return asked.load(); });
                     stopped.step(5e-3);
                 } else {
                     stopped.step(5e-3);
@@ -97,10 +97,9 @@ TEST(StoppedDrive, LeavesDrivenNodesToTheNextStep) {
     const std::vector<int> nodes{0, 1, 2};
     const Nodes targets = world.state(0).x(nodes, Eigen::all).array() + 0.01;
     world.drive(0, nodes, targets);
-    const std::atomic<bool> asked = true;
     EXPECT_THROW(
         {
-            const StopScope scope(asked);
+            const StopScope scope([] { return true; });
             world.step(0.02);
         },
         StopAsked);
@@ -128,7 +127,7 @@ TEST(StoppedStart, LeavesBodiesWhereTheyWere) {
         std::atomic<bool> asked = tries == 0;
         try {
             const Asking asks(asked, seconds * (tries % 20) / 20);
-            const StopScope scope(asked);
+            const StopScope scope([&] { return asked.load(); });
             world.resolve_start();
             world.restore(start);
         } catch (const StopAsked&) {
@@ -141,13 +140,12 @@ TEST(StoppedStart, LeavesBodiesWhereTheyWere) {
 INSTANTIATE_TEST_SUITE_P(WithAndWithoutIntersections, StoppedStep, ::testing::Bool());
 
 TEST(StopScope, TheInnermostOfAThreadCounts) {
-    std::atomic<bool> yes = true, no = false;
     EXPECT_FALSE(stop_asked());
     {
-        const StopScope outer(yes);
+        const StopScope outer([] { return true; });
         EXPECT_THROW(stop_if_asked(), StopAsked);
         {
-            const StopScope inner(no);
+            const StopScope inner([] { return false; });
             EXPECT_NO_THROW(stop_if_asked());
         }
         EXPECT_TRUE(stop_asked());

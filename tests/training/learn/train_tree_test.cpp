@@ -108,7 +108,7 @@ TEST_F(TrainTree, GivesTheSameBitsAfterResumingFromACheckpoint) {
     const auto checkpoint = folder / "checkpoint.h5";
     std::atomic<bool> cancel = false;
     TrainRun run{.hooks = {.progress = [&](const TrainingProgress& p) { cancel = p.nodes_done >= 3; },
-                           .cancel = &cancel},
+                           .cancel = [&] { return cancel.load(); }},
                  .checkpoint = checkpoint};
     EXPECT_THROW(train_tree(bar.body, data, quick(), run), TrainingCancelled);
     ASSERT_TRUE(std::filesystem::exists(checkpoint));

@@ -122,7 +122,7 @@ TEST(MlpTrainer, GivesTheSameBitsWhenStoppedAndResumed) {
     std::atomic<bool> cancel = false;
     int calls = 0;
     const TrainingHooks hooks{.progress = [&](const TrainingProgress& p) { cancel = p.nodes_done >= 3; },
-                              .cancel = &cancel};
+                              .cancel = [&] { return cancel.load(); }};
     const auto stopped = [&] {
         train_mlps(
             data.inputs, data.targets, quick(), hooks, [&] { ++calls; }, networks);

@@ -1,4 +1,4 @@
-#include "apps/live/live_run.hpp"
+#include "apps/simulate/live_run.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>

@@ -1,4 +1,4 @@
-#include "apps/simulate/scene_files.hpp"
+#include "apps/cli/scene_files.hpp"
 
 #include <fmt/core.h>
 

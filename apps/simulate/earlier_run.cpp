@@ -1,8 +1,9 @@
-#include "apps/simulate/finished_run.hpp"
+#include "apps/simulate/earlier_run.hpp"
 
 #include <fmt/format.h>
 
 #include <memory>
+#include <sstream>
 #include <stdexcept>
 
 #include "meshing/h5/types.hpp"
@@ -10,6 +11,19 @@
 
 namespace nbd {
 namespace {
+
+/// Value of an option in a text of run_options_text(); empty if the text lacks it.
+std::string stored_value(const std::string& stored, const std::string& name) {
+    std::istringstream words(stored);
+    for (std::string word; words >> word;)
+        if (word.starts_with(name) && word.size() > name.size() && word[name.size()] == '=')
+            return word.substr(name.size() + 1);
+    return {};
+}
+
+std::string as_typed(const std::string& name, const std::string& value) {
+    return value.empty() ? fmt::format("no {}", name) : fmt::format("{} {}", name, value);
+}
 
 /// Whether every output is there, and newer than all inputs.
 bool are_up_to_date(const SceneOutput& paths, const std::vector<std::filesystem::path>& inputs) {
@@ -57,6 +71,27 @@ std::string difference(const TrajectoryInfo& body, const std::string& options, c
 }
 
 }  // namespace
+
+std::string run_options_text(const RunOptions& options) {
+    std::string text;
+    for (const auto& [name, value] : options)
+        text += fmt::format("{}{}={}", text.empty() ? "" : " ", name, value);
+    return text;
+}
+
+std::string differing_option(const std::string& stored, const RunOptions& options) {
+    for (const auto& [name, value] : options)
+        if (const std::string there = stored_value(stored, name); there != value)
+            return fmt::format("{} instead of {}", as_typed(name, there), as_typed(name, value));
+    return {};
+}
+
+std::string given_options(const RunOptions& options) {
+    std::string names;
+    for (const auto& [name, value] : options)
+        if (!value.empty()) names += fmt::format("{}{}", names.empty() ? "" : ", ", name);
+    return names;
+}
 
 EarlierRun find_earlier_run(const SceneOutput& paths, const WantedRun& wanted) {
     if (!std::filesystem::exists(paths.recording) || std::filesystem::exists(journal_path(paths))) return {};

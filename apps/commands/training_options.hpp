@@ -4,7 +4,13 @@
 #include <cstddef>
 #include <optional>
 
+#include "training/calibrate/calibrate.hpp"
+
+// Options that several commands of training have.
 namespace nbd {
+
+/// Adds --miss-rate, --confidence and --out-of-range. config: set when the command line is parsed.
+void add_calibration_options(CLI::App& command, CalibrateConfig& config);
 
 /// Adds --memory, in MiB. memory: set when the command line is parsed.
 void add_memory_option(CLI::App& command, std::optional<std::size_t>& memory);

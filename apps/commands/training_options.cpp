@@ -1,0 +1,40 @@
+#include "apps/commands/training_options.hpp"
+
+#include "apps/cli/option_checks.hpp"
+#include "training/files/frame_source.hpp"
+
+namespace nbd {
+
+void add_calibration_options(CLI::App& command, CalibrateConfig& config) {
+    const auto share = number_check("> 0 and < 1", [](double value) { return value > 0 && value < 1; });
+    command
+        .add_option("--miss-rate", config.miss_rate,
+                    "Share of a depth's (pose, node) pairs that may miss with the calibrated margins")
+        ->capture_default_str()
+        ->check(share);
+    command
+        .add_option("--confidence", config.confidence,
+                    "Share of fresh trajectories that keep the miss rate; default: 0.9, or the most that the "
+                    "calibration trajectories can support")
+        ->check(share);
+    command
+        .add_option("--out-of-range", config.out_of_range,
+                    "Share of each node's training inputs to count as out of range; out of range, nodes are "
+                    "bounded exactly")
+        ->capture_default_str()
+        ->check(number_check(">= 0 and < 1", [](double value) { return value >= 0 && value < 1; }));
+}
+
+void add_memory_option(CLI::App& command, std::optional<std::size_t>& memory) {
+    command
+        .add_option("--memory", memory,
+                    "MiB of positions kept in memory at most, so that the recording is read fewer times; "
+                    "default: a quarter of this machine's memory")
+        ->check(whole_number(0, std::int64_t{1} << 30));
+}
+
+std::size_t frame_memory(const std::optional<std::size_t>& memory) {
+    return memory ? *memory << 20 : default_frame_memory();
+}
+
+}  // namespace nbd
