@@ -82,8 +82,8 @@ class RecordingCheck {
         const auto& [face, partner, other] = edge;
         if (partner >= 0 && !ids_.contains(partner))
             refuse(
-                "frame {} of trajectory {} has the contact edge ({}, {}, {}); allowed: trajectories of the "
-                "file",
+                "frame {} of trajectory {} has the contact edge ({}, {}, {}); "
+                "allowed: trajectories of the file",
                 frame, info.id, face, partner, other);
         if (!body_) return;
         const int faces = body_->body.surface.F.rows();

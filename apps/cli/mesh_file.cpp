@@ -107,8 +107,8 @@ std::string changes_of(const Nodes& scaled, double scale, const WeldReport& weld
         text += fmt::format("; the scale {:.3g} makes it {:.3g} m long: choose another", scale, length);
     if (weld.dropped_faces > 0)
         text += fmt::format(
-            "; welding within {:.3g} m merged {} of {} vertices and dropped {} of {} faces: choose a shorter "
-            "length",
+            "; welding within {:.3g} m merged {} of {} vertices and dropped {} of {} faces: "
+            "choose a shorter length",
             weld.length, weld.merged_vertices, scaled.rows(), weld.dropped_faces, faces);
     return text;
 }

@@ -210,8 +210,8 @@ void check_size(const Clip& clip) {
         length += 12 * body.F.rows() + frames * (24 * std::int64_t{body.vertex_count} + json_of_shape);
     if (length > std::numeric_limits<std::uint32_t>::max())
         throw std::invalid_argument(
-            fmt::format("{}: would take {:.1f} GB as glTF, which holds 4.3 at most; --frames picks fewer of "
-                        "the {} frames",
+            fmt::format("{}: would take {:.1f} GB as glTF, which holds 4.3 at most; "
+                        "--frames picks fewer of the {} frames",
                         clip.title, 1e-9 * static_cast<double>(length), frames));
 }
 

@@ -80,8 +80,7 @@ void run(const RaceArguments& arguments, Output& out) {
     for (int frame = 1; frame <= spec.time.frames; ++frame) {
         if (interrupted())
             throw Interrupted(
-                fmt::format("{}: {} of {} frames done; nothing was written, the same command "
-                            "starts anew",
+                fmt::format("{}: {} of {} frames done; nothing was written, the same command starts anew",
                             arguments.scene, frame - 1, spec.time.frames));
         race.run_frame(arguments.audit > 0 && frame % arguments.audit == 0);
         out.progress("frames", frame, spec.time.frames);

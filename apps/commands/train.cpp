@@ -76,8 +76,8 @@ void add_network_options(CLI::App& command, TrainArguments& arguments) {
         ->check(one_of({"true", "false", "1", "0"}));
     command
         .add_option("--weight-decay", options.weight_decay,
-                    "Share of the learning rate by which weights shrink per step; default: 0.1, paper "
-                    "networks: 0")
+                    "Share of the learning rate by which weights shrink per step; "
+                    "default: 0.1, paper networks: 0")
         ->check(between(0, 1));
     command
         .add_option("--epochs", config.mlp.max_epochs,

@@ -95,11 +95,10 @@ void add_view(CLI::App& app, Output& out) {
     auto arguments = std::make_shared<ViewArguments>();
     CLI::App* command = app.add_subcommand("view", "Writes a page that shows a recording in a browser");
     command->footer(
-        "SOURCE: the recording of a scene; RECORDING.h5:trajectory with --body, or "
-        "TREE.h5@RECORDING.h5:trajectory,\n"
-        "each with :frame for one pose; TREE.h5@SURFACE; or a surface file. The page is one file that "
-        "fetches "
-        "nothing.\n"
+        "SOURCE: the recording of a scene; RECORDING.h5:trajectory with --body, "
+        "or TREE.h5@RECORDING.h5:trajectory,\n"
+        "each with :frame for one pose; TREE.h5@SURFACE; or a surface file. "
+        "The page is one file that fetches nothing.\n"
         "In the page, ? lists the keys.");
     SourceArgument& shown = arguments->shown;
     command->add_option("SOURCE", shown.source, "What to show, see below")->required();

@@ -12,9 +12,8 @@ namespace {
 
 std::string kinds_table(const Variety& variety) {
     std::string table =
-        "| kind | trajectories | failed | frames | in contact | of steps that went wrong | that intersect "
-        "themselves "
-        "|\n| --- | --- | --- | --- | --- | --- | --- |\n";
+        "| kind | trajectories | failed | frames | in contact | of steps that went wrong | that "
+        "intersect themselves |\n| --- | --- | --- | --- | --- | --- | --- |\n";
     const auto row = [&](const std::string& name, const KindVariety& kind) {
         table += fmt::format("| {} | {} | {} | {} | {} | {} | {} |\n", name, kind.trajectories, kind.failed,
                              kind.frames, kind.frames_in_contact, kind.frames_troubled,
@@ -87,8 +86,8 @@ std::string dataset_card(const CardFacts& facts, const DatasetManifest& manifest
         "metres).\n\n",
         facts.name, plan.at("program").get<std::string>());
     text += fmt::format(
-        "- Body: `{}`, {} nodes, {} tetrahedra, {} surface faces, SHA-256 `{}`; material {}, Young's modulus "
-        "{} Pa.\n",
+        "- Body: `{}`, {} nodes, {} tetrahedra, {} surface faces, SHA-256 `{}`; "
+        "material {}, Young's modulus {} Pa.\n",
         facts.body, facts.nodes, facts.tets, facts.faces, plan.at("body_sha256").get<std::string>(),
         plan.at("material").at("law").get<std::string>(), plan.at("material").at("young").dump());
     text +=
@@ -96,24 +95,23 @@ std::string dataset_card(const CardFacts& facts, const DatasetManifest& manifest
                     facts.licence.empty() ? "not stated (`--licence` of `nbdtree dataset`)" : facts.licence);
     text += kinds_table(variety);
     text += fmt::format(
-        "\nFrames count complete trajectories. Principal stretches of elements, quantiles: {}; extremes "
-        "{:.3f} and {:.3f}. "
-        "Root mean square displacement without rigid motion: {:.3g} m, {:.1f} % of the body.\n\n",
+        "\nFrames count complete trajectories. Principal stretches of elements, quantiles: {}; "
+        "extremes {:.3f} and {:.3f}. Root mean square displacement without rigid motion: "
+        "{:.3g} m, {:.1f} % of the body.\n\n",
         stretches(variety), variety.least_stretch, variety.largest_stretch, variety.displacement,
         100 * variety.displacement / variety.body_length);
     text += extras_text(plan);
     text += splits_text(manifest);
     text += fmt::format(
-        "## How it was made\n\nTrajectory i depends on the seed {} and on i alone. The whole plan, "
-        "`dataset/plan` in the "
-        "file:\n\n```json\n{}\n```\n\n",
+        "## How it was made\n\nTrajectory i depends on the seed {} and on i alone. "
+        "The whole plan, `dataset/plan` in the file:\n\n```json\n{}\n```\n\n",
         plan.at("seed").dump(), plan.dump(2));
     text += fmt::format(
-        "## How to read it\n\n```python\nimport nbdtree.torch\ndata = nbdtree.torch.Dataset(\"{}\", \"{}\", "
-        "window=3)\n"
-        "x = data[0][\"x\"]   # [3 frames, nodes, 3]\n```\n\nOr any reader of HDF5: "
-        "`trajectories/000000/positions` "
-        "[frames, nodes, 3], `times` in seconds. Keep the file beside its folder of shards.\n",
+        "## How to read it\n\n```python\nimport nbdtree.torch\n"
+        "data = nbdtree.torch.Dataset(\"{}\", \"{}\", window=3)\n"
+        "x = data[0][\"x\"]   # [3 frames, nodes, 3]\n```\n\n"
+        "Or any reader of HDF5: `trajectories/000000/positions` [frames, nodes, 3], `times` in seconds. "
+        "Keep the file beside its folder of shards.\n",
         facts.name, facts.body);
     return text;
 }

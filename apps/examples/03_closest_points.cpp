@@ -28,8 +28,8 @@ int main() {
         if (!closest) return 1;  // happens only before the first pose, or with a limit as below
         const Eigen::Vector3d& p = closest->points.a;
         std::printf(
-            "centres %.1f m apart: faces %4d and %4d, %.4f m, from (%5.2f %5.2f %5.2f); %ld face pairs "
-            "measured\n",
+            "centres %.1f m apart: faces %4d and %4d, %.4f m, from (%5.2f %5.2f %5.2f); "
+            "%ld face pairs measured\n",
             centre, closest->faces.a, closest->faces.b, closest->points.distance, p.x(), p.y(), p.z(),
             query.triangle_tests());
         // The faces lie inside the ideal balls, by less than 2 cm each.

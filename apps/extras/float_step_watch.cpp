@@ -18,9 +18,8 @@ void FloatStepWatch::see(VerticesRef x) {
     has_told_ = true;
     notice(
         fmt::format("{} is {:.4g} m away from the recording's origin, where positions are rounded to {:.2g} "
-                    "m, more than a "
-                    "thousandth of its mean edge ({:.2g} m): its recorded shape is coarse; record far parts "
-                    "of a scene apart",
+                    "m, more than a thousandth of its mean edge ({:.2g} m): its recorded shape is coarse; "
+                    "record far parts of a scene apart",
                     name_, farthest, step, edge_));
 }
 

@@ -80,8 +80,7 @@ std::string facts(const TreeFile& file, const BodyFigures& figures) {
         row("calibrated",
             fmt::format("{} bounds: at most {:g} % of the nodes miss, in {:g} % of the "
                         "trajectories on average over calibration sets, at each depth by itself; "
-                        "from {} poses of {} trajectories: with 5 % chance this set gives less "
-                        "than {:.3g} %",
+                        "from {} poses of {} trajectories: with 5 % chance this set gives less than {:.3g} %",
                         name(kind), 100 * calibration.miss_rate, 100 * calibration.confidence,
                         calibration.poses, calibration.trajectories,
                         100 * share_kept_but_for(0.05, calibration.trajectories, calibration.confidence)));
@@ -96,9 +95,9 @@ std::string table(const std::vector<EvaluationRow>& rows) {
             rows, [&](const EvaluationRow& r) { return r.depth == depth && r.margin == margin; });
     };
     std::string text = fmt::format(
-        "<div class=\"wide\"><table>\n<tr><th></th><th colspan=\"2\">error, %</th><th "
-        "colspan=\"{0}\">vertices outside, %, at a "
-        "margin of</th><th colspan=\"{0}\">nodes that miss, %, at a margin of</th></tr>\n"
+        "<div class=\"wide\"><table>\n"
+        "<tr><th></th><th colspan=\"2\">error, %</th><th colspan=\"{0}\">vertices outside, %, "
+        "at a margin of</th><th colspan=\"{0}\">nodes that miss, %, at a margin of</th></tr>\n"
         "<tr><th>depth</th><th>radius</th><th>centre</th>",
         shown.size());
     for (int i = 0; i < 2; ++i)
@@ -119,9 +118,9 @@ std::string table(const std::vector<EvaluationRow>& rows) {
 std::string as_calibrated(const std::vector<CoverageRow>& coverage) {
     if (coverage.empty()) return "";
     std::string text = fmt::format(
-        "<h2>As calibrated</h2>\n<p>{} poses of {} trajectories, with the margins and limits that queries "
-        "use by "
-        "default.</p>\n<div class=\"wide\"><table>\n<tr><th>bound</th><th>depth</th><th>nodes that miss, "
+        "<h2>As calibrated</h2>\n"
+        "<p>{} poses of {} trajectories, with the margins and limits that queries use by default.</p>\n"
+        "<div class=\"wide\"><table>\n<tr><th>bound</th><th>depth</th><th>nodes that miss, "
         "%</th><th>95 % interval</th><th>trajectories that keep {:g} %</th><th>vertices outside, "
         "%</th><th>inflation, %</th><th>out of range, %</th></tr>\n",
         coverage.front().poses, coverage.front().trajectories, 100 * coverage.front().miss_rate);

@@ -56,8 +56,8 @@ std::string verdict(const std::vector<AtMargin>& at, const std::string& frames, 
     const auto enough = std::ranges::find_if(at, [](const AtMargin& a) { return a.missing <= trusted; });
     if (enough == at.end())
         return fmt::format(
-            "{}, and of {} even with {:.0f} % added to every radius. Use exact bounds where a missed contact "
-            "matters.",
+            "{}, and of {} even with {:.0f} % added to every radius. "
+            "Use exact bounds where a missed contact matters.",
             as_they_are, nodes(at.back().missing), 100 * at.back().margin);
     const std::string margins = "they miss at most one node in a thousand on poses like these";
     if (enough == at.begin()) return fmt::format("{}: {}.", as_they_are, margins);

@@ -19,10 +19,10 @@ namespace {
 void check_replaced(const std::filesystem::path& path) {
     if (!std::filesystem::exists(path)) return;
     const auto refuse = [&](const std::string& what) {
-        throw std::runtime_error(fmt::format(
-            "{}: cannot be written: it {}; allowed: a recording of a scene, which is replaced, or "
-            "another name",
-            path.string(), what));
+        throw std::runtime_error(
+            fmt::format("{}: cannot be written: it {}; allowed: a recording of a scene, which is replaced, "
+                        "or another name",
+                        path.string(), what));
     };
     std::string format;
     bool has_key = false;

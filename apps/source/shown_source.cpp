@@ -62,8 +62,8 @@ void refuse_without_poses(const std::string& path) {
                         path));
     if (format == "nbdtree tree")
         throw std::invalid_argument(
-            fmt::format("{0}: is a tree, which has no poses; allowed: {0}@RECORDING.h5:trajectory, or "
-                        "{0}@SURFACE",
+            fmt::format("{0}: is a tree, which has no poses; "
+                        "allowed: {0}@RECORDING.h5:trajectory, or {0}@SURFACE",
                         path));
 }
 

@@ -347,11 +347,11 @@ void check_duration(const ExcitationConfig& config, const NaturalScales& scales)
     const double warm_up = config.ranges.warm_up.to * scales.time,
                  duration = warm_up + config.frames * interval;
     if (!(duration <= longest))
-        throw std::invalid_argument(fmt::format(
-            "excitation: {} frames of {:.3g} s after a warm-up of {:.3g} s last {:.3g} s; allowed: at most "
-            "{:.3g} s, {} times what sound needs to cross the body; a shorter frame_interval, or 0, which "
-            "fits the body",
-            config.frames, interval, warm_up, duration, longest, max_duration));
+        throw std::invalid_argument(
+            fmt::format("excitation: {} frames of {:.3g} s after a warm-up of {:.3g} s last {:.3g} s; "
+                        "allowed: at most {:.3g} s, {} times what sound needs to cross the body; "
+                        "a shorter frame_interval, or 0, which fits the body",
+                        config.frames, interval, warm_up, duration, longest, max_duration));
 }
 
 RecipeBook::RecipeBook(std::shared_ptr<const Body> body, const ExcitationConfig& config)

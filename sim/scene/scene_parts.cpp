@@ -153,8 +153,7 @@ Obstacle make_obstacle(const SceneObstacle& spec) {
     TriMesh mesh = read_surface(spec.mesh);
     if (const int turned = turn_outward(mesh); turned > 0)
         notice(fmt::format(
-            "{}: {} of its {} faces looked inward and were turned: an obstacle is solid within its "
-            "surface",
+            "{}: {} of its {} faces looked inward and were turned: an obstacle is solid within its surface",
             spec.mesh.string(), turned == mesh.F.rows() ? "all" : std::to_string(turned), mesh.F.rows()));
     mesh.X = placed(mesh.X, spec.placement);
     obstacle.shape = std::make_shared<const StaticSurface>(std::move(mesh));

@@ -59,8 +59,8 @@ World::Rejection World::jump_into_body(double dt) const {
             const Eigen::AlignedBox3d swept = box_of_points(x).merged(box_of_points(x + relative));
             const Eigen::AlignedBox3d there = box_of_points(embedded(other.surface.W(), other.state.x));
             if (approach <= allowed || swept.squaredExteriorDistance(there) > reach * reach) continue;
-            return {.reason = fmt::format("bodies may approach each other by {:.2g} m in a step, allowed: "
-                                          "{:.2g}",
+            return {.reason = fmt::format("bodies may approach each other by {:.2g} m in a step, "
+                                          "allowed: {:.2g}",
                                           approach, allowed),
                     .trouble = StepTrouble::approach};
         }

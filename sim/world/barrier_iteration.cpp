@@ -234,8 +234,8 @@ World::Rejection World::solve_apart(const StepPart& part, Eigen::VectorXd& v, Wo
         }
         if (k == most || (k > 0 && share < least_progress)) {
             if (progress < 1)
-                return {.reason = fmt::format("grips and obstacles cannot go {:.2g} of their way without an "
-                                              "intersection",
+                return {.reason = fmt::format("grips and obstacles cannot go {:.2g} of their way "
+                                              "without an intersection",
                                               1 - progress),
                         .fatal = true};
             if (moved < least_progress) return {.reason = "the step finds no progress", .fatal = true};

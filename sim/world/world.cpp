@@ -51,8 +51,7 @@ World::World(const WorldConfig& config)
     if (step.newton_iterations < 1 || !(step.newton_tolerance > 0) || step.max_substeps < 1 ||
         !std::has_single_bit(static_cast<unsigned>(step.max_substeps)))
         throw std::invalid_argument(
-            "world: steps need newton_iterations >= 1, newton_tolerance > 0 and max_substeps a power of "
-            "two");
+            "world: steps need newton_iterations >= 1, newton_tolerance > 0 and max_substeps a power of two");
 }
 
 /// The shape of an earlier body with the same rest shape and surface, or a new one. Takes the surface of

@@ -209,8 +209,8 @@ World::Rejection World::try_part(const StepPart& part, WorldReport& report) {
     const double depth = detection_.deepest(), max_approach = 4 * thickness();
     Rejection rejection;
     if (detection_.approach() > max_approach)
-        rejection = {.reason = fmt::format("bodies may approach each other by {:.2g} m in a step, allowed: "
-                                           "{:.2g}",
+        rejection = {.reason = fmt::format("bodies may approach each other by {:.2g} m in a step, "
+                                           "allowed: {:.2g}",
                                            detection_.approach(), max_approach),
                      .trouble = StepTrouble::approach};
     if (rejection && !part.finest) return rejection;

@@ -41,8 +41,8 @@ void run(const ExactnessArguments& arguments, Output& out) {
         const BenchBody body = load_bench_bodies({{file}}).front();
         if (!body.tree->affine)
             throw std::runtime_error(
-                fmt::format("{}: its surface does not hang on its nodes with weights of 0 or more; allowed: "
-                            "one that does",
+                fmt::format("{}: its surface does not hang on its nodes with weights of 0 or more; "
+                            "allowed: one that does",
                             file));
         names.push_back(std::filesystem::path(file).stem().string());
         rows.push_back(check_exactness(body, arguments.config, [&](int scenes) {

@@ -36,11 +36,11 @@ void run(const ImpactsArguments& arguments, Output& out) {
         all.ns += s.ns * static_cast<double>(s.queries);
     }
     if (all.queries > 0)
-        out.text(fmt::format(
-            "{}{} queries, {} collide: {} missed, {} false alarms, {} ran out of iterations, {:.0f} "
-            "ns a query",
-            to_csv(scores), all.queries, all.collisions, all.missed, all.false_alarms, all.exhausted,
-            all.ns / static_cast<double>(all.queries)));
+        out.text(
+            fmt::format("{}{} queries, {} collide: {} missed, {} false alarms, {} ran out of iterations, "
+                        "{:.0f} ns a query",
+                        to_csv(scores), all.queries, all.collisions, all.missed, all.false_alarms,
+                        all.exhausted, all.ns / static_cast<double>(all.queries)));
     const RandomImpacts random =
         check_random_impacts(arguments.random, arguments.samples, arguments.seed, [&](long done) {
             out.progress("random motion", static_cast<double>(done), static_cast<double>(arguments.random),

@@ -34,8 +34,7 @@ std::string to_csv(std::span<const RaceTable> tables) {
     std::string text = fmt::format(
         "# {}, one thread\n"
         "contact,order,faces,method,exact,reads,scenes,rounds,update_us,query_us,total_us,mean_us,p95_us,"
-        "pairs,"
-        "missed,invented,recall,stated_miss_rate,bytes,failure\n",
+        "pairs,missed,invented,recall,stated_miss_rate,bytes,failure\n",
         this_machine());
     for (const RaceTable& table : tables)
         for (const RaceRow& r : table.rows)
@@ -64,8 +63,7 @@ std::string to_text(const RaceTable& table) {
         const double best = best_exact(rows, r);
         const std::string ratio = std::isfinite(best) ? fmt::format("{:.2f}", r.total_us / best) : "-";
         text += fmt::format(
-            "  {:8}  {:<27} {:9.1f}  {:9.1f}  {:9.1f}  {:>12}  {:9.1f}  {:9.1f}  {:7.1f}  {:>8}  "
-            "{:8}\n",
+            "  {:8}  {:<27} {:9.1f}  {:9.1f}  {:9.1f}  {:>12}  {:9.1f}  {:9.1f}  {:7.1f}  {:>8}  {:8}\n",
             r.faces, r.method, r.update_us, r.query_us, r.total_us, ratio, r.mean_us, r.p95_us, r.pairs,
             share_found(r), r.invented);
     }

@@ -272,8 +272,8 @@ std::vector<PhysicsCheck> free_motion_checks() {
     second.modes = {false};
     checks.push_back({.name = "spin",
                       .section = 1,
-                      .truth = "A tumbling brick that turns about once keeps its angular momentum over 1,000 "
-                               "steps.",
+                      .truth = "A tumbling brick that turns about once keeps its angular "
+                               "momentum over 1,000 steps.",
                       .quantity = "angular momentum, share of the first",
                       .allowed = 1e-4,
                       .parameter = "stiffness damping, s",

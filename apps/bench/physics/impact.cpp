@@ -186,16 +186,15 @@ std::vector<PhysicsCheck> impact_checks() {
                       .parameter = {},
                       .cases = hitting_bars(),
                       .run = [](const PhysicsCase& c) { return relative_outcome(hit_wall(c).left, 1); }});
-    checks.push_back(
-        {.name = "bars_exchange",
-         .section = 3,
-         .truth = "Of two equal bars in line, the one that comes stops, and the other goes on with its "
-                  "speed.",
-         .quantity = "speed given over that before",
-         .allowed = 0.03,
-         .parameter = {},
-         .cases = hitting_bars(),
-         .run = exchange});
+    checks.push_back({.name = "bars_exchange",
+                      .section = 3,
+                      .truth = "Of two equal bars in line, the one that comes stops, "
+                               "and the other goes on with its speed.",
+                      .quantity = "speed given over that before",
+                      .allowed = 0.03,
+                      .parameter = {},
+                      .cases = hitting_bars(),
+                      .run = exchange});
     checks.push_back(
         {.name = "ball_rebound",
          .section = 3,

@@ -74,8 +74,7 @@ void write_physics_cases(const std::filesystem::path& path, std::span<const Phys
     for (const PhysicsResult& result : results)
         for (const PhysicsRow& row : result.rows)
             file.out() << fmt::format(
-                "{},{},{:g},{:g},{:g},{},{:d},{},{},{},{:.9g},{:.9g},{:.4g},{:g},{:d},"
-                "{:.3f},{}\n",
+                "{},{},{:g},{:g},{:g},{},{:d},{},{},{},{:.9g},{:.9g},{:.4g},{:g},{:d},{:.3f},{}\n",
                 result.check.name, result.check.section, row.at.size, row.at.dt, row.at.young, mode(row.at),
                 row.at.far_body, quoted(row.at.variant), number(row.at.parameter, ""),
                 quoted(result.check.quantity), row.found.value, row.found.truth, row.found.error,

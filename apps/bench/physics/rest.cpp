@@ -223,8 +223,8 @@ std::vector<PhysicsCheck> rest_checks() {
     std::vector<PhysicsCheck> checks;
     checks.push_back({.name = "tower",
                       .section = 2,
-                      .truth = "A tower of five cubes stands for ten minutes: its top drifts by less than "
-                               "0.1 mm.",
+                      .truth = "A tower of five cubes stands for ten minutes: "
+                               "its top drifts by less than 0.1 mm.",
                       .quantity = "way of the top in ten minutes, m",
                       .allowed = 1e-4,
                       .parameter = "seconds",

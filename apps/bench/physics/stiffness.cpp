@@ -218,16 +218,15 @@ std::vector<PhysicsCheck> stiffness_checks() {
          .parameter = "Poisson's ratio",
          .cases = all_cases(still({0.3, 0.45, 0.49, 0.499}), 3),
          .run = rubber_block});
-    checks.push_back(
-        {.name = "plate",
-         .section = 4,
-         .truth = "A clamped square plate, a fortieth thick, sinks by 0.001265 p L^4 / D in its middle "
-                  "(Kirchhoff).",
-         .quantity = "sag in the middle, m",
-         .allowed = 0.03,
-         .parameter = "Poisson's ratio",
-         .cases = all_cases(still({0, 0.3, 0.45}), 2),
-         .run = plate});
+    checks.push_back({.name = "plate",
+                      .section = 4,
+                      .truth = "A clamped square plate, a fortieth thick, "
+                               "sinks by 0.001265 p L^4 / D in its middle (Kirchhoff).",
+                      .quantity = "sag in the middle, m",
+                      .allowed = 0.03,
+                      .parameter = "Poisson's ratio",
+                      .cases = all_cases(still({0, 0.3, 0.45}), 2),
+                      .run = plate});
     checks.push_back(
         {.name = "slab_on_jelly",
          .section = 4,

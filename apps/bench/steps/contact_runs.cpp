@@ -217,9 +217,8 @@ void write_contact_table(const std::filesystem::path& path, std::span<const Cont
                   "assemble_ms,solve_ms,patches,patches_proved,proof_ms,failure\n";
     for (const ContactRun& r : runs)
         file.out() << fmt::format(
-            "{},{},{},{},{},{},{},{},{},{:.3g},{},{},{},{:.2g},{:.1f},{:.0f},{:.0f},{:.1f},{:.2f},{:.2f},{:."
-            "2f},"
-            "{:.2f},{:.0f},{:.0f},{:.2f},\"{}\"\n",
+            "{},{},{},{},{},{},{},{},{},{:.3g},{},{},{},{:.2g},{:.1f},{:.0f},{:.0f},{:.1f},{:.2f},"
+            "{:.2f},{:.2f},{:.2f},{:.0f},{:.0f},{:.2f},\"{}\"\n",
             r.scene, r.mode, r.seed, r.bodies, r.faces, r.steps, r.planned, r.intersecting, r.worst,
             r.least_distance, r.cut, r.troubled, r.inverted, r.momentum_error, r.linearisations, r.contacts,
             r.face_pairs, r.ms, r.search_ms, r.detect_ms, r.assemble_ms, r.solve_ms, r.patches,

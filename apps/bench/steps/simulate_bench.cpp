@@ -149,9 +149,8 @@ void write_simulate_table(const std::filesystem::path& path, std::span<const Sim
            "textbook_assembly_ms,assembly_ratio,relative_difference,bytes_per_node,failure\n";
     for (const SimulateTiming& r : rows)
         file.out() << fmt::format(
-            "{},{},{},{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.2f},{},{},{:.3f},{:.3f},{:.2f},{:."
-            "2g},"
-            "{:.0f},{}\n",
+            "{},{},{},{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.2f},{},{},{:.3f},"
+            "{:.3f},{:.2f},{:.2g},{:.0f},{}\n",
             r.body, r.nodes, r.tets, r.scene, r.steps, r.step, r.assemble, r.solve, r.direct_step,
             r.direct_assemble, r.direct_solve, r.step_ratio(), r.iterations, r.fallbacks, r.ours_assembly,
             r.textbook_assembly, r.assembly_ratio(), r.difference, r.bytes_per_node, r.failure);

@@ -115,9 +115,8 @@ ReferredVertices::ReferredVertices(py::handle value, const char* name, Eigen::In
                       array.shape(0) == rows && array.shape(1) == 3;
     if (!fits)
         throw std::invalid_argument(
-            fmt::format("{}: is {}{}; allowed: float32 of shape ({}, 3), row by row in memory, since the "
-                        "array is referred "
-                        "to; see numpy.ascontiguousarray(x, numpy.float32)",
+            fmt::format("{}: is {}{}; allowed: float32 of shape ({}, 3), row by row in memory, "
+                        "since the array is referred to; see numpy.ascontiguousarray(x, numpy.float32)",
                         name, describe(array), array.flags() & py::array::c_style ? "" : ", strided", rows));
     array_ = array;
     data_ = static_cast<const float*>(array.data());
@@ -173,9 +172,8 @@ Embedding embedding_from(py::handle given, const char* name, Eigen::Index node_c
         fits = columns.at(k) >= 0 && columns.at(k) < node_count;
     if (!fits)
         throw std::invalid_argument(
-            fmt::format("{}: is no matrix in compressed rows over {} nodes; allowed: as many data as "
-                        "indices, and row ends "
-                        "that grow from 0 to their number",
+            fmt::format("{}: is no matrix in compressed rows over {} nodes; "
+                        "allowed: as many data as indices, and row ends that grow from 0 to their number",
                         name, node_count));
     std::vector<Eigen::Triplet<double>> triplets;
     for (py::ssize_t row = 0; row < rows; ++row)

@@ -82,10 +82,10 @@ void bind_cages(py::module_& m) {
         .def("__str__", [](const CageReport& report) { return describe(report); });
     m.def("make_cage_body", &cage_body, py::arg("name"), py::arg("surface"), py::arg("nodes"),
           py::arg("material") = Material{},
-          "A body of any triangle soup, such as a scan: a coarse cage around it is filled with `nodes` tet "
-          "nodes "
-          "(50 to 200,000, met within 10 %), and the surface is embedded. Returns the Body and a CageReport. "
-          "Raises ValueError for a soup without extent, and where no cage of so many nodes holds it.");
+          "A body of any triangle soup, such as a scan: a coarse cage around it is filled with "
+          "`nodes` tet nodes (50 to 200,000, met within 10 %), and the surface is embedded. "
+          "Returns the Body and a CageReport. Raises ValueError for a soup without extent, "
+          "and where no cage of so many nodes holds it.");
     bind_quality(m);
 }
 

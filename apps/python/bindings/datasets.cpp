@@ -66,8 +66,7 @@ void produce(const Body& body, const DatasetPlan& plan, const path& file, const 
     const Variety variety = variety_from_json(read_dataset_manifest(file).variety);
     if (variety.all.frames == 0)
         throw std::runtime_error(fmt::format(
-            "{}: every trajectory failed, so there is nothing to train on; weaker forces (strength) "
-            "may help",
+            "{}: every trajectory failed, so there is nothing to train on; weaker forces (strength) may help",
             file.string()));
 }
 
@@ -135,23 +134,22 @@ py::dict manifest_of(const path& file) {
 
 void bind_datasets(py::module_& m) {
     const DatasetPlan defaults;
-    m.def(
-        "make_dataset", &make_dataset, py::arg("body"), py::arg("path"), py::kw_only(),
-        py::arg("trajectories") = defaults.trajectories, py::arg("frames") = defaults.excitation.frames,
-        py::arg("seed") = defaults.excitation.seed, py::arg("strength") = py::none(),
-        py::arg("recipe") = py::none(), py::arg("frame_interval") = defaults.excitation.frame_interval,
-        py::arg("steps_per_frame") = defaults.excitation.steps_per_frame, py::arg("self_contact") = false,
-        py::arg("intersection_free") = false, py::arg("held_out") = defaults.held_out_share,
-        py::arg("per_shard") = defaults.per_shard, py::arg("licence") = "", py::arg("hold_out") = "",
-        py::arg("contact_forces") = false, py::arg("stress") = false,
-        py::arg("deformation_gradients") = false, py::arg("contact_edges") = false,
-        py::arg("progress") = py::none(),
-        "Simulates trajectories to train on, as `nbdtree dataset` does, with the same bits. recipe: a recipe "
-        "file or a dictionary with its keys. progress: a function (what, done, total). Ctrl-C stops it; the "
-        "same call continues. licence: what the dataset's card says of it. hold_out: a second split by a "
-        "parameter of the recipes, as \"kind=thrown,drop\", \"velocity=0.5..2\" or "
-        "\"velocity_gradient=top:0.2\". "
-        "contact_forces, stress, deformation_gradients, contact_edges: what frames hold besides positions.");
+    m.def("make_dataset", &make_dataset, py::arg("body"), py::arg("path"), py::kw_only(),
+          py::arg("trajectories") = defaults.trajectories, py::arg("frames") = defaults.excitation.frames,
+          py::arg("seed") = defaults.excitation.seed, py::arg("strength") = py::none(),
+          py::arg("recipe") = py::none(), py::arg("frame_interval") = defaults.excitation.frame_interval,
+          py::arg("steps_per_frame") = defaults.excitation.steps_per_frame, py::arg("self_contact") = false,
+          py::arg("intersection_free") = false, py::arg("held_out") = defaults.held_out_share,
+          py::arg("per_shard") = defaults.per_shard, py::arg("licence") = "", py::arg("hold_out") = "",
+          py::arg("contact_forces") = false, py::arg("stress") = false,
+          py::arg("deformation_gradients") = false, py::arg("contact_edges") = false,
+          py::arg("progress") = py::none(),
+          "Simulates trajectories to train on, as `nbdtree dataset` does, with the same bits. "
+          "recipe: a recipe file or a dictionary with its keys. progress: a function (what, done, total). "
+          "Ctrl-C stops it; the same call continues. licence: what the dataset's card says of it. "
+          "hold_out: a second split by a parameter of the recipes, as \"kind=thrown,drop\", "
+          "\"velocity=0.5..2\" or \"velocity_gradient=top:0.2\". contact_forces, stress, "
+          "deformation_gradients, contact_edges: what frames hold besides positions.");
     m.def(
         "dataset_manifest", &manifest_of, py::arg("path"),
         "What a dataset says of itself: train_trajectories and held_out_trajectories, by their ids; plan, "
@@ -171,9 +169,8 @@ void bind_datasets(py::module_& m) {
             return check_file(file, body.value_or(path()));
         },
         py::arg("path"), py::arg("body") = py::none(),
-        "Checks a file as `nbdtree inspect --check` does and returns one line. body: the file of the body "
-        "that "
-        "it must belong to. Raises RuntimeError, one line, on a defect.");
+        "Checks a file as `nbdtree inspect --check` does and returns one line. "
+        "body: the file of the body that it must belong to. Raises RuntimeError, one line, on a defect.");
 }
 
 }  // namespace nbd::python

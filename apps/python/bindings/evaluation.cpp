@@ -104,15 +104,12 @@ void bind_evaluate(py::module_& m) {
         .def_readonly("poses", &EvaluationRow::poses)
         .def_readonly("nodes", &EvaluationRow::nodes)
         .def_readonly("vertices", &EvaluationRow::vertices);
-    m.def(
-        "evaluate", &evaluate_file, py::arg("file"), py::arg("recording"), py::arg("bounds") = py::none(),
-        py::arg("margins") = EvaluateConfig{}.margins, py::arg("max_frames") = 0,
-        "Errors and misses of a tree's bounds on the frames of a recording that its training did not see, "
-        "one row "
-        "for each set of frames, bound, margin and depth. margins: relative, >= 0; max_frames: of a set, 0: "
-        "all. "
-        "Leaves out bounds that the tree does not have; raises ValueError if it has none of them, for affine "
-        "bounds, which are not those of nodes, and numbers out of range.");
+    m.def("evaluate", &evaluate_file, py::arg("file"), py::arg("recording"), py::arg("bounds") = py::none(),
+          py::arg("margins") = EvaluateConfig{}.margins, py::arg("max_frames") = 0,
+          "Errors and misses of a tree's bounds on the frames of a recording that its training did not see, "
+          "one row for each set of frames, bound, margin and depth. margins: relative, >= 0; "
+          "max_frames: of a set, 0: all. Leaves out bounds that the tree does not have; raises ValueError if "
+          "it has none of them, for affine bounds, which are not those of nodes, and numbers out of range.");
 }
 
 void bind_coverage(py::module_& m) {

@@ -179,8 +179,8 @@ void bind_closest_query(py::module_& m) {
         .def(py::init<>())
         .def("closest", &closest, py::arg("a"), py::arg("b"),
              py::arg("most") = std::numeric_limits<double>::infinity(),
-             "The closest faces and points, {faces, a, b, distance}; None if further apart than `most` "
-             "metres.");
+             "The closest faces and points, {faces, a, b, distance}; "
+             "None if further apart than `most` metres.");
 }
 
 struct ManyBodyObject {

@@ -149,9 +149,8 @@ void bind_reader(py::module_& m) {
             "nodes", [](const ReaderObject& self, int i) { return self.reader->nodes(checked(self, i)); },
             py::arg("trajectory"), "Number of tet nodes of a trajectory.")
         .def("read", &read_frames, py::arg("trajectory"), py::arg("begin") = 0, py::arg("count") = py::none(),
-             "Positions of the tet nodes, float32 [frames, nodes, 3], metres, counted from `origin`: a new "
-             "array. "
-             "trajectory: its place in `trajectories`.")
+             "Positions of the tet nodes, float32 [frames, nodes, 3], metres, counted from `origin`: "
+             "a new array. trajectory: its place in `trajectories`.")
         .def("extras", &extras_of, py::arg("trajectory"),
              "Names of what its frames hold besides positions: contact_forces, first_piola_stress, "
              "deformation_gradients, contact_edges.")
@@ -308,12 +307,10 @@ void bind_recordings(py::module_& m) {
     bind_writer(m);
     m.def("remap", &remap, py::arg("recording"), py::arg("path"), py::arg("source"), py::arg("target"),
           py::arg("trajectories") = 0,
-          "Writes a recording of the body `source` as one of `target`, which has the same tetrahedra and "
-          "another surface, as `nbdtree remap`. trajectories: at most so many, from the first; 0: all. "
-          "Returns the "
-          "number of frames. Raises RuntimeError where the bodies or the recording do not fit; nothing is "
-          "written "
-          "then.");
+          "Writes a recording of the body `source` as one of `target`, "
+          "which has the same tetrahedra and another surface, as `nbdtree remap`. "
+          "trajectories: at most so many, from the first; 0: all. Returns the number of frames. "
+          "Raises RuntimeError where the bodies or the recording do not fit; nothing is written then.");
 }
 
 }  // namespace nbd::python

@@ -105,8 +105,8 @@ void bind_surfaces(py::module_& m) {
             write_surface(file, mesh.X, mesh.F);
         },
         py::arg("path"), py::arg("mesh"),
-        "Writes a .obj or .ply file under a temporary name and renames it; positions are rounded to "
-        "float32.");
+        "Writes a .obj or .ply file under a temporary name and renames it; "
+        "positions are rounded to float32.");
     m.def(
         "read_tets",
         [](const path& file) {
@@ -114,12 +114,11 @@ void bind_surfaces(py::module_& m) {
             return read_tets(file);
         },
         py::arg("path"), "Reads tetrahedra made by another program: .msh, .mesh, .vtk or .vtu.");
-    m.def(
-        "make_solid_boundary", &solid_boundary, py::arg("surface"), py::arg("allow_components") = false,
-        py::arg("allow_self_intersection") = false,
-        "Checks that a surface bounds a solid, drops unused vertices and turns faces outward. Returns the "
-        "mesh and one line about it. Raises ValueError, naming the first face, edge or vertex, if it bounds "
-        "none.");
+    m.def("make_solid_boundary", &solid_boundary, py::arg("surface"), py::arg("allow_components") = false,
+          py::arg("allow_self_intersection") = false,
+          "Checks that a surface bounds a solid, drops unused vertices and turns faces outward. "
+          "Returns the mesh and one line about it. Raises ValueError, naming the first face, "
+          "edge or vertex, if it bounds none.");
     m.def("tetrahedralize", &tetrahedralize_surface, py::arg("surface"), py::arg("nodes") = 0,
           py::arg("tolerance") = 0.05, py::arg("grading") = 0.2,
           "Fills a closed surface with tetrahedra. nodes: desired number, 0: as `grading` gives. The first "

@@ -207,14 +207,12 @@ void bind_training(py::module_& m) {
         "(what, done, total). Ctrl-C stops it. split: of the dataset, by its name, instead of held_out.");
     m.def("calibrate", &calibrated, py::arg("file"), py::arg("recording"), py::arg("miss_rate") = 1e-3,
           py::arg("confidence") = py::none(),
-          "A new file with margins for a stated miss rate; the given one stays as it is. Of the recording of "
-          "the "
-          "training, uses the trajectories kept for calibration; of another one, all complete ones. Raises "
-          "ValueError for a rate or confidence out of range, or too high for so few trajectories.");
+          "A new file with margins for a stated miss rate; the given one stays as it is. Of the recording "
+          "of the training, uses the trajectories kept for calibration; of another one, all complete ones. "
+          "Raises ValueError for a rate or confidence out of range, or too high for so few trajectories.");
     m.def("transfer_tree", &transferred, py::arg("file"), py::arg("body"),
-          "A new file for a body with another resolution of the surface: nbd bounds with their "
-          "calibration, as `nbdtree transfer`. Raises ValueError where the surfaces do not lie over each "
-          "other.");
+          "A new file for a body with another resolution of the surface: nbd bounds with their calibration, "
+          "as `nbdtree transfer`. Raises ValueError where the surfaces do not lie over each other.");
 }
 
 }  // namespace nbd::python

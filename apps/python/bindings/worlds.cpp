@@ -165,9 +165,8 @@ void bind_state(py::class_<WorldObject>& world) {
                 self.world.drive(checked(self, body), index_list(nodes, "nodes"), rows.as<Nodes>());
             },
             py::arg("nodes"), py::arg("targets"), py::arg("body") = 0,
-            "Moves nodes to targets [nodes, 3], counted from `origin`, in the next step and holds them there "
-            "until the next call, "
-            "which replaces them. No nodes: frees all.");
+            "Moves nodes to targets [nodes, 3], counted from `origin`, in the next step and holds them "
+            "there until the next call, which replaces them. No nodes: frees all.");
 }
 
 void begin_pose_of_world(WorldObject& self, int body, PosedTreeObject& tree) {
@@ -207,9 +206,9 @@ void bind_queries_of_world(py::class_<WorldObject>& world) {
             "All faces that intersect, also within a body and with meshes of obstacles, by exact tests: "
             "(body or obstacle, face, body or obstacle, face).")
         .def("begin_pose", &begin_pose_of_world, py::arg("body"), py::arg("tree"),
-             "Starts the pose of a tree over a body's surface. Refers to the world; valid until its next "
-             "step, "
-             "after which queries raise RuntimeError. Raises ValueError for a tree of another surface.");
+             "Starts the pose of a tree over a body's surface. Refers to the world; "
+             "valid until its next step, after which queries raise RuntimeError. "
+             "Raises ValueError for a tree of another surface.");
 }
 
 void bind_report(py::module_& m) {
@@ -247,33 +246,30 @@ void bind_worlds(py::module_& m) {
                                   "Deformable bodies and obstacles that move and touch each other.");
     world
         .def(py::init(&make_world), py::arg("scene"), py::arg("folder") = py::none(),
-             "scene: the path of a scene file, or a dictionary with the same keys, whose bodies may name a "
-             "Body under \"body\" and a CollisionTree under \"tree\" instead of files. folder: what relative "
-             "paths of a dictionary start from; default: the current one. Warns (UserWarning) of bodies that "
-             "overlap or touch something at the start, and of bodies whose size, tetrahedra or Poisson's "
-             "ratio "
-             "may make the motion wrong.")
+             "scene: the path of a scene file, or a dictionary with the same keys, whose bodies "
+             "may name a Body under \"body\" and a CollisionTree under \"tree\" instead of files. "
+             "folder: what relative paths of a dictionary start from; default: the current one. "
+             "Warns (UserWarning) of bodies that overlap or touch something at the start, "
+             "and of bodies whose size, tetrahedra or Poisson's ratio may make the motion wrong.")
         .def("step", &step, py::arg("dt") = py::none(),
              "Advances by dt seconds, by default the scene's. Returns a report: look at `failure`. Raises "
              "ValueError for dt <= 0, and before the first step without intersections if surfaces intersect. "
              "Ctrl-C takes the step back, whose contact forces are zero then, and raises KeyboardInterrupt.")
         .def("check_start", &check_start,
-             "Raises ValueError, naming the faces, where steps without intersections are asked for and "
-             "surfaces "
-             "intersect. The first step does it, too.")
+             "Raises ValueError, naming the faces, where steps without intersections are asked for "
+             "and surfaces intersect. The first step does it, too.")
         .def("resolve_start", &resolve_start,
-             "Moves bodies without grips apart, and out of obstacles, until nothing intersects. Returns "
-             "[(body, by), ...], the moves in metres. Raises ValueError, naming the faces, where that does "
-             "not "
-             "help.")
+             "Moves bodies without grips apart, and out of obstacles, until nothing intersects. "
+             "Returns [(body, by), ...], the moves in metres. "
+             "Raises ValueError, naming the faces, where that does not help.")
         .def_property_readonly(
             "start_moves", [](const WorldObject& self) { return as_list(self.moves); },
             "What the scene's `resolve_start` moved before the world began: [(body, by), ...], metres.")
         .def_property_readonly("time", [](const WorldObject& self) { return self.world.time(); })
         .def_property_readonly(
             "origin", [](const WorldObject& self) { return owned(Eigen::Vector3d(self.world.origin())); },
-            "[3] metres: what all positions of the world are counted from; zero unless its bodies lie far "
-            "away.")
+            "[3] metres: what all positions of the world are counted from; "
+            "zero unless its bodies lie far away.")
         .def_property_readonly("dt", [](const WorldObject& self) { return self.scene.time.dt; })
         .def_property_readonly("frames", [](const WorldObject& self) { return self.scene.time.frames; })
         .def_property_readonly("steps_per_frame",
