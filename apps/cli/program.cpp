@@ -156,6 +156,29 @@ void say_once(std::string_view line) {
     if (said.emplace(line).second) running->late_warning(line);
 }
 
+/// What programs of all names have. threads: set when the command line is parsed.
+void add_common_options(CLI::App& app, Output& out, int& threads) {
+    app.add_flag("-q,--quiet", out.quiet, "Print errors and warnings only, no progress and no tables");
+    app.add_flag("--json", out.json,
+                 "Print the result as one JSON object on standard output, with the warnings");
+    app.add_flag("--strict", out.strict, "End at the first warning with status 1, and the warning as error");
+    app.add_option("--threads", threads,
+                   "Threads to use; 0: all cores, shared by mpirun's ranks. The result does not depend on it")
+        ->check(whole_number(0, 1024));
+    app.add_option_function<std::string>(
+        "--instructions", choose_kernels,
+        "Kernels of collision queries: plain, avx2 or avx512; default: the best that the CPU supports. The "
+        "result does not depend on it");
+}
+
+void add_examples(const Program& program, CLI::App& app) {
+    for (const auto& [name, lines] : program.examples) {
+        CLI::App* const command = app.get_subcommand(name);
+        const std::string notes = command->get_footer();
+        command->footer(fmt::format("{}{}Examples:\n{}", notes, notes.empty() ? "" : "\n\n", lines));
+    }
+}
+
 int run(const Program& program, Output& out, int argc, char** argv) {
     CLI::App app(program.description, program.name);
     app.set_version_flag("--version", fmt::format("{} {}", program.name, build_version()));
@@ -170,25 +193,9 @@ int run(const Program& program, Output& out, int argc, char** argv) {
     });
     for (int i = 0; i < argc; ++i) out.command_line += (i == 0 ? "" : " ") + quoted(argv[i]);
     int threads = 0;
-    app.add_flag("-q,--quiet", out.quiet, "Print errors and warnings only, no progress and no tables");
-    app.add_flag("--json", out.json,
-                 "Print the result as one JSON object on standard output, with the warnings");
-    app.add_flag("--strict", out.strict, "End at the first warning with status 1, and the warning as error");
-    app.add_option("--threads", threads,
-                   "Threads to use; 0: all cores, shared by mpirun's ranks. The result does not depend on it")
-        ->check(whole_number(0, 1024));
-    app.add_option_function<std::string>(
-        "--instructions", choose_kernels,
-        "Kernels of collision queries: plain, avx2 or avx512; default: the best that the CPU supports. The "
-        "result does not depend on it");
-
+    add_common_options(app, out, threads);
     program.add_commands(app, out);
-
-    for (const auto& [name, lines] : program.examples) {
-        CLI::App* const command = app.get_subcommand(name);
-        const std::string notes = command->get_footer();
-        command->footer(fmt::format("{}{}Examples:\n{}", notes, notes.empty() ? "" : "\n\n", lines));
-    }
+    add_examples(program, app);
     check_texts(app);
     for (CLI::App* command : app.get_subcommands(nullptr)) check_texts(*command);
 

@@ -37,11 +37,11 @@ void copy_frames(const RecordingReader& from, int trajectory, RecordingWriter& t
 
 }  // namespace
 
-RemappedFrames remap_recording(const std::filesystem::path& path, const NamedBody& from, const NamedBody& to,
+RemappedFrames remap_recording(const std::filesystem::path& path, const Body& from, const Body& to,
                                const std::filesystem::path& output, int trajectories,
                                const std::function<void(int done, int all)>& progress) {
-    check_same_tets(to.name, to.body.tets, from.name, from.body.tets);
-    const std::string from_hash = body_hash(from.body), to_hash = body_hash(to.body);
+    check_same_tets(to.name, to.tets, from.name, from.tets);
+    const std::string from_hash = body_hash(from), to_hash = body_hash(to);
     const RecordingReader recording(path);
     const auto& infos = recording.trajectories();
     const int all = infos.size();

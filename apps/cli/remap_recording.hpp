@@ -2,17 +2,10 @@
 
 #include <filesystem>
 #include <functional>
-#include <string>
 
 #include "meshing/body/body.hpp"
 
 namespace nbd {
-
-/// A body with a name for messages: its file, or its own.
-struct NamedBody {
-    const Body& body;
-    std::string name;
-};
 
 struct RemappedFrames {
     int trajectories = 0, frames = 0;
@@ -23,8 +16,8 @@ struct RemappedFrames {
 /// there are edges. trajectories: at most so many, starting with the first; 0: all. progress: called after
 /// each. Throws std::runtime_error if the tetrahedra differ or a trajectory is of another body; StopAsked as
 /// stop_if_asked(). Nothing is written then.
-RemappedFrames remap_recording(const std::filesystem::path& recording, const NamedBody& from,
-                               const NamedBody& to, const std::filesystem::path& output, int trajectories,
+RemappedFrames remap_recording(const std::filesystem::path& recording, const Body& from, const Body& to,
+                               const std::filesystem::path& output, int trajectories,
                                const std::function<void(int done, int all)>& progress);
 
 }  // namespace nbd

@@ -25,7 +25,7 @@ struct CollideArguments {
     float distance = -1;
 };
 
-PosedTree posed(const PosedSurface& surface, BoundKind asked, std::optional<float> margin) {
+PosedTree posed(const PoseArgument& surface, BoundKind asked, std::optional<float> margin) {
     const BoundKind kind = surface.from_tree || is_exact(asked) ? asked : BoundKind::automatic;
     PosedTree tree(surface.tree, kind, margin);
     if (tree.takes_nodes() && surface.nodes.rows() > 0)
@@ -35,7 +35,7 @@ PosedTree posed(const PosedSurface& surface, BoundKind asked, std::optional<floa
     return tree;
 }
 
-Triangle triangle(const PosedSurface& surface, int face) {
+Triangle triangle(const PoseArgument& surface, int face) {
     const auto corner = [&](int c) -> Eigen::Vector3f { return surface.x.row(surface.tree->faces(face, c)); };
     return {corner(0), corner(1), corner(2)};
 }
@@ -46,7 +46,7 @@ std::string chosen(const PosedTree& a, const PosedTree& b) {
 }
 
 /// What lies within the other surface, a in b and b in a; none where faces meet.
-std::pair<Containment, Containment> containments(const PosedSurface& a, const PosedSurface& b,
+std::pair<Containment, Containment> containments(const PoseArgument& a, const PoseArgument& b,
                                                  std::span<const FacePair> pairs) {
     const TriMesh in_a{a.x.cast<double>(), a.tree->faces}, in_b{b.x.cast<double>(), b.tree->faces};
     // Near pairs need not meet: only intersecting ones say that neither surface can lie within the other.
@@ -66,12 +66,12 @@ void tell_containment(const std::string& inner, const std::string& outer, Contai
                              outer));
 }
 
-void write_view(const CollideArguments& arguments, PosedSurface a, PosedSurface b, BoundKind bounds) {
+void write_view(const CollideArguments& arguments, const PoseArgument& a, const PoseArgument& b,
+                BoundKind bounds) {
     const std::string title = fmt::format("{} and {}{}", arguments.a, arguments.b, from_origin(a.origin));
-    const ViewScene scene =
-        view_of_surfaces({shown_surface(arguments.a, std::move(a), bounds, arguments.margin),
-                          shown_surface(arguments.b, std::move(b), bounds, arguments.margin)},
-                         title, std::max(arguments.distance, 0.f));
+    const ViewScene scene = view_of_surfaces({view_source(arguments.a, a, bounds, arguments.margin),
+                                              view_source(arguments.b, b, bounds, arguments.margin)},
+                                             {a.x, b.x}, title, std::max(arguments.distance, 0.f));
     h5::AtomicFile file(arguments.page);
     write_page(file.out(), scene);
     file.commit();
@@ -84,7 +84,7 @@ void run(const CollideArguments& arguments, Output& out) {
         if (!output.empty()) check_output(output, {arguments.a, arguments.b}, extension);
     out.work("colliding");
     const BoundKind bounds = bound_kind(arguments.bounds);
-    PosedSurface a = read_pose(arguments.a, bounds), b = read_pose(arguments.b, bounds);
+    PoseArgument a = read_pose(arguments.a, bounds), b = read_pose(arguments.b, bounds);
     check_model_of({&a, &b}, bounds, arguments.margin.has_value());
     const Eigen::Vector3d origin = count_from_common_origin({&a, &b});
     PosedTree tree_a = posed(a, bounds, arguments.margin), tree_b = posed(b, bounds, arguments.margin);
@@ -122,7 +122,7 @@ void run(const CollideArguments& arguments, Output& out) {
                 {"leaf_pairs", count.leaf_pairs},
                 {"box_tests", count.box_tests},
                 {"triangle_tests", count.triangle_tests}});
-    if (!arguments.page.empty()) write_view(arguments, std::move(a), std::move(b), bounds);
+    if (!arguments.page.empty()) write_view(arguments, a, b, bounds);
 }
 
 }  // namespace

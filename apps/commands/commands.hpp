@@ -1,8 +1,6 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <map>
-#include <string>
 
 #include "apps/cli/output.hpp"
 
@@ -26,11 +24,5 @@ void add_validate(CLI::App& app, Output& out);
 void add_collide(CLI::App& app, Output& out);
 void add_inspect(CLI::App& app, Output& out);
 void add_view(CLI::App& app, Output& out);
-
-/// What `nbdtree` prints if no command is named.
-std::string first_steps();
-
-/// Examples for the --help of each command: two or more, a line each.
-std::map<std::string, std::string> command_examples();
 
 }  // namespace nbd

@@ -162,12 +162,59 @@ void run(const DatasetArguments& arguments, Output& out) {
     out.result({{"shard", arguments.shard}, {"there", folder.count()}, {"trajectories", plan.trajectories}});
 }
 
+/// How each trajectory moves.
+void add_motion_options(CLI::App& command, DatasetArguments& arguments) {
+    ExcitationConfig& excitation = arguments.plan.excitation;
+    command.add_option("--frames", excitation.frames, "Frames per trajectory")
+        ->capture_default_str()
+        ->check(whole_number(1, 1'000'000));
+    command.add_option("--seed", excitation.seed, "Trajectory i depends on the seed and on i alone")
+        ->capture_default_str()
+        ->check(seed_check());
+    command
+        .add_option("--strength", arguments.strength,
+                    "Strength of the motion, instead of the recipe's; 1: local strains of 20 to 50 %")
+        ->check(number_check("> 0 and at most 1000", [](double x) { return x > 0 && x <= 1000; }));
+    command
+        .add_option("--frame-interval", excitation.frame_interval,
+                    "Seconds between frames; 0: a fifth of the time in which sound crosses the body")
+        ->capture_default_str()
+        ->check(not_negative());
+    command.add_option("--steps-per-frame", excitation.steps_per_frame, "Time steps per frame")
+        ->capture_default_str()
+        ->check(whole_number(1, 1000));
+    command.add_flag("--self-contact", excitation.self_contact, "Let the body meet itself");
+    command.add_flag("--intersection-free", excitation.intersection_free,
+                     "Keep all surfaces apart, the body's own too, so that no pose intersects; costs more");
+}
+
+/// Which trajectories training must not see.
+void add_split_options(CLI::App& command, DatasetPlan& plan) {
+    command
+        .add_option("--held-out", plan.held_out_share, "Share of the trajectories that training must not see")
+        ->capture_default_str()
+        ->check(number_check(">= 0 and < 1", [](double x) { return x >= 0 && x < 1; }));
+    command
+        .add_option("--hold-out", plan.hold_out,
+                    "Also store a split by a parameter of the recipes: kind=thrown,drop holds out these "
+                    "kinds, velocity=0.5..2 a range, velocity_gradient=top:0.2 those with the largest values")
+        ->check(CLI::Validator(
+            [](const std::string& rule) {
+                try {
+                    parse_hold_out(rule);
+                } catch (const std::invalid_argument& error) {
+                    return std::string(error.what());
+                }
+                return std::string();
+            },
+            "RULE"));
+}
+
 }  // namespace
 
 void add_dataset(CLI::App& app, Output& out) {
     auto arguments = std::make_shared<DatasetArguments>();
     DatasetPlan& plan = arguments->plan;
-    ExcitationConfig& excitation = plan.excitation;
     CLI::App* command = app.add_subcommand("dataset",
                                            "Simulates trajectories for training; alone, under mpirun, or in "
                                            "job arrays. The same command continues an interrupted run");
@@ -181,52 +228,13 @@ void add_dataset(CLI::App& app, Output& out) {
     command->add_option("--trajectories", plan.trajectories, "Number of trajectories")
         ->capture_default_str()
         ->check(whole_number(1, 1'000'000));
-    command->add_option("--frames", excitation.frames, "Frames per trajectory")
-        ->capture_default_str()
-        ->check(whole_number(1, 1'000'000));
-    command->add_option("--seed", excitation.seed, "Trajectory i depends on the seed and on i alone")
-        ->capture_default_str()
-        ->check(seed_check());
-    command
-        ->add_option("--strength", arguments->strength,
-                     "Strength of the motion, instead of the recipe's; 1: local strains of 20 to 50 %")
-        ->check(number_check("> 0 and at most 1000", [](double x) { return x > 0 && x <= 1000; }));
-    command
-        ->add_option("--frame-interval", excitation.frame_interval,
-                     "Seconds between frames; 0: a fifth of the time in which sound crosses the body")
-        ->capture_default_str()
-        ->check(not_negative());
-    command->add_option("--steps-per-frame", excitation.steps_per_frame, "Time steps per frame")
-        ->capture_default_str()
-        ->check(whole_number(1, 1000));
-    command->add_flag("--self-contact", excitation.self_contact, "Let the body meet itself");
-    command->add_flag("--intersection-free", excitation.intersection_free,
-                      "Keep all surfaces apart, the body's own too, so that no pose intersects; costs more");
+    add_motion_options(*command, *arguments);
     command
         ->add_option("--attempts", plan.attempts,
                      "Maximum attempts per trajectory; each one after a failure halves the time step")
         ->capture_default_str()
         ->check(whole_number(1, 8));
-    command
-        ->add_option("--held-out", plan.held_out_share,
-                     "Share of the trajectories that training must not see")
-        ->capture_default_str()
-        ->check(number_check(">= 0 and < 1", [](double x) { return x >= 0 && x < 1; }));
-    command
-        ->add_option(
-            "--hold-out", plan.hold_out,
-            "Also store a split by a parameter of the recipes: kind=thrown,drop holds out these "
-            "kinds, velocity=0.5..2 a range, velocity_gradient=top:0.2 those with the largest values")
-        ->check(CLI::Validator(
-            [](const std::string& rule) {
-                try {
-                    parse_hold_out(rule);
-                } catch (const std::invalid_argument& error) {
-                    return std::string(error.what());
-                }
-                return std::string();
-            },
-            "RULE"));
+    add_split_options(*command, plan);
     add_extras_options(*command, plan.extras);
     command->add_option("--per-shard", plan.per_shard, "Trajectories per file")
         ->capture_default_str()

@@ -4,6 +4,80 @@
 
 namespace {
 
+std::string first_steps() {
+    return "nbdtree simulates deformable solids and finds their collisions. First steps:\n"
+           "\n"
+           "  nbdtree validate assets/scenes/rings.json                     check a scene\n"
+           "  nbdtree simulate assets/scenes/rings.json -o rings.h5         simulate it\n"
+           "  nbdtree view rings.h5 -o rings.html                           see it in a browser\n"
+           "  nbdtree inspect rings.h5                                      see what a file holds\n"
+           "  nbdtree mesh assets/beam.obj -o beam.h5                       make a body of a surface\n"
+           "  nbdtree dataset beam.h5 -o poses.h5                           simulate poses to train on\n"
+           "  nbdtree train beam.h5 poses.h5 -o tree.h5 --bounds learned_affine\n"
+           "                                                                train bounds of its tree\n"
+           "\n"
+           "nbdtree --help lists all commands, nbdtree COMMAND --help the options of one.\n";
+}
+
+std::map<std::string, std::string> command_examples() {
+    return {
+        {"mesh",
+         "  nbdtree mesh assets/beam.obj -o beam.h5\n"
+         "  nbdtree mesh scan.ply -o scan.h5 --cage 2000      # any triangle soup"},
+        {"modes",
+         "  nbdtree modes beam.h5 -m 128\n"
+         "  nbdtree modes beam.h5 -m 20 --csv frequencies.csv"},
+        {"dataset",
+         "  nbdtree dataset beam.h5 -o poses.h5 --trajectories 40 --frames 50 --seed 1\n"
+         "  mpirun -n 4 nbdtree dataset beam.h5 -o poses.h5 --recipe recipe.json"},
+        {"remap",
+         "  nbdtree remap poses.h5 --from beam.h5 --to fine_beam.h5 -o fine_poses.h5\n"
+         "  nbdtree remap poses.h5 --from beam.h5 --to fine_beam.h5 -o fine_poses.h5 --trajectories 10"},
+        {"train",
+         "  nbdtree train beam.h5 poses.h5 -o tree.h5\n"
+         "  nbdtree train beam.h5 poses.h5 -o tree.h5 --bounds learned_affine --miss-rate 0.01"},
+        {"calibrate",
+         "  nbdtree calibrate tree.h5 poses.h5 -o calibrated.h5 --miss-rate 0.01\n"
+         "  nbdtree calibrate tree.h5 other_poses.h5 -o calibrated.h5"},
+        {"evaluate",
+         "  nbdtree evaluate tree.h5 poses.h5 --csv bounds.csv\n"
+         "  nbdtree evaluate tree.h5 poses.h5 --bounds nbd,exact --html report.html"},
+        {"figures",
+         "  nbdtree figures -o figures --body BEAM tree.h5 poses.h5\n"
+         "  nbdtree figures -o figures --body A a.h5 a_poses.h5 --body B b.h5 b_poses.h5"},
+        {"transfer",
+         "  nbdtree transfer tree.h5 fine_beam.h5 -o fine_tree.h5\n"
+         "  nbdtree transfer tree.h5 fine_beam.h5 -o fine_tree.h5 --quiet"},
+        {"export",
+         "  nbdtree export --flat tree.h5 -o tree.nbd         # for programs that embed the library\n"
+         "  nbdtree export run.h5 --gltf clip.glb --frames 60 # a short clip, as morph targets\n"
+         "  nbdtree export run.h5 --mdd clip.mdd              # a point cache, and clip_rest.obj that it "
+         "moves"},
+        {"coverage",
+         "  nbdtree coverage tree.h5 poses.h5 --contacts 20\n"
+         "  nbdtree coverage tree.h5 poses.h5 --bounds learned_affine --csv coverage.csv"},
+        {"simulate",
+         "  nbdtree simulate scene.json -o run.h5 --csv steps.csv --picture run.png\n"
+         "  nbdtree simulate scene.json -o run.h5 --resume    # goes on after Ctrl-C\n"
+         "  nbdtree simulate scene.json -o run.h5 --live      # watch it in a browser meanwhile"},
+        {"race",
+         "  nbdtree race scene.json\n"
+         "  nbdtree race scene.json --frames 20 --csv race.csv"},
+        {"view",
+         "  nbdtree view run.h5 -o run.html                   # opens in any browser, nothing is fetched\n"
+         "  nbdtree view poses.h5:3 --body beam.h5 -o pose.html"},
+        {"validate",
+         "  nbdtree validate scene.json\n"
+         "  nbdtree validate scene.json --json"},
+        {"collide",
+         "  nbdtree collide a.obj b.obj --within 0.01 --pairs near.csv\n"
+         "  nbdtree collide tree.h5@poses.h5:0:3 tree.h5@poses.h5:1:3 --bounds boxes"},
+        {"inspect",
+         "  nbdtree inspect tree.h5\n"
+         "  nbdtree inspect --check poses.h5 --body beam.h5"},
+    };
+}
+
 nbd::Program describe() {
     const auto add_commands = [](CLI::App& app, nbd::Output& out) {
         nbd::add_mesh(app, out);
@@ -38,8 +112,8 @@ nbd::Program describe() {
                      {"train --radius-network", "leave it out; learned_affine bounds have no network"},
                      {"train --samples", "leave it out; learned_affine bounds have no samples"},
                      {"trust", "use `nbdtree coverage`"}},
-            .first_steps = nbd::first_steps(),
-            .examples = nbd::command_examples()};
+            .first_steps = first_steps(),
+            .examples = command_examples()};
 }
 
 }  // namespace

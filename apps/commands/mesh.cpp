@@ -1,18 +1,22 @@
-#include <fmt/core.h>
+#include <fmt/format.h>
 
+#include <charconv>
 #include <filesystem>
 #include <memory>
+#include <optional>
+#include <sstream>
+#include <utility>
 #include <vector>
 
 #include "apps/cli/mesh_file.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
-#include "apps/cli/region_option.hpp"
 #include "apps/commands/commands.hpp"
 #include "meshing/body/body_hints.hpp"
 #include "meshing/body/constant_range.hpp"
 #include "meshing/cage/cage.hpp"
 #include "meshing/tets/tet_quality.hpp"
+#include "sim/json/nearest_name.hpp"
 
 namespace nbd {
 namespace {
@@ -22,6 +26,64 @@ struct MeshArguments {
     std::vector<std::string> regions;
     MeshFileConfig config;
 };
+
+std::vector<std::string> names_of_laws() {
+    std::vector<std::string> names;
+    for (const MaterialLaw law : material_laws) names.emplace_back(name(law));
+    return names;
+}
+
+[[noreturn]] void refuse_region(const std::string& text, const std::string& reason) {
+    throw CLI::ValidationError("--region", fmt::format("\"{}\": {}", text, reason));
+}
+
+double number(const std::string& text, const std::string& value) {
+    double result = 0;
+    const char* const end = value.data() + value.size();
+    if (const auto read = std::from_chars(value.data(), end, result);
+        read.ec != std::errc() || read.ptr != end)
+        refuse_region(text, fmt::format("\"{}\" is not a number", value));
+    return result;
+}
+
+void set(MaterialChange& change, const std::string& text, const std::string& key, const std::string& value) {
+    std::optional<double>* const constant = key == "young"     ? &change.young
+                                            : key == "poisson" ? &change.poisson
+                                            : key == "density" ? &change.density
+                                                               : nullptr;
+    if (!constant && key != "law")
+        refuse_region(
+            text,
+            fmt::format("key \"{}\" is not known; allowed: young, poisson, density, law{}", key,
+                        nearest_hint(key, {"young", "poisson", "density", "law"}, "; the nearest is {}")));
+    if (constant ? constant->has_value() : change.law.has_value())
+        refuse_region(text, fmt::format("key \"{}\" occurs twice", key));
+    if (constant) {
+        *constant = number(text, value);
+        return;
+    }
+    change.law = material_law(value);
+    if (!change.law)
+        refuse_region(text, fmt::format("law \"{}\" is not known; allowed: {}{}", value,
+                                        fmt::join(names_of_laws(), ", "),
+                                        nearest_hint(value, names_of_laws(), "; the nearest is {}")));
+}
+
+/// Reads "NAME:key=value,key=value"; keys are young, poisson, density and law. Throws CLI::ValidationError
+/// with what is wrong and what was allowed; ranges are checked where the material is used.
+std::pair<std::string, MaterialChange> parse_region(const std::string& text) {
+    const std::size_t colon = text.rfind(':');
+    if (colon == text.npos || colon == 0)
+        refuse_region(text, "expected NAME:key=value, such as core:young=2e6");
+    MaterialChange change;
+    std::istringstream parts(text.substr(colon + 1));
+    for (std::string part; std::getline(parts, part, ',');) {
+        const std::size_t equals = part.find('=');
+        if (equals == part.npos) refuse_region(text, fmt::format("expected key=value, found \"{}\"", part));
+        set(change, text, part.substr(0, equals), part.substr(equals + 1));
+    }
+    return {text.substr(0, colon), change};
+}
 
 nlohmann::ordered_json to_json(const CageReport& cage) {
     const SoupReport& soup = cage.soup.given;
@@ -97,11 +159,70 @@ void run(const MeshArguments& arguments, Output& out) {
     out.result(result);
 }
 
+/// Options of the material, which a body of its own material excludes.
+std::vector<CLI::Option*> add_material_options(CLI::App& command, MeshArguments& arguments) {
+    Material& material = arguments.config.material;
+    return {
+        command.add_option("--law", arguments.law, "How stress follows from strain")
+            ->capture_default_str()
+            ->check(one_of(names_of_laws())),
+        command.add_option("--young", material.young, "Young's modulus, Pa")
+            ->capture_default_str()
+            ->check(between(least_constant, max_constant)),
+        command.add_option("--poisson", material.poisson, "Poisson's ratio")
+            ->capture_default_str()
+            ->check(between(least_poisson, max_poisson)),
+        command.add_option("--density", material.density, "Density, kg/m3")
+            ->capture_default_str()
+            ->check(between(least_constant, max_constant)),
+        command.add_option("--rayleigh-mass", material.rayleigh_mass, "Damping of slow motion, 1/s")
+            ->capture_default_str()
+            ->check(between(0, max_constant)),
+        command.add_option("--rayleigh-stiffness", material.rayleigh_stiffness, "Damping of fast motion, s")
+            ->capture_default_str()
+            ->check(between(0, max_constant)),
+        command
+            .add_option("--region", arguments.regions,
+                        "Another material for a group of tetrahedra in the file, such as "
+                        "core:young=2e6,law=stable_neo_hookean; may be repeated")
+            ->allow_extra_args(false)};
+}
+
+/// Options of the tetrahedra that fill a surface, which a cage, and tetrahedra of another body, exclude.
+std::vector<CLI::Option*> add_filling_options(CLI::App& command, MeshFileConfig& config) {
+    return {command
+                .add_option("--nodes", config.tets.nodes,
+                            "Target number of tet nodes, met within 5 %; 0: determined by --grading")
+                ->capture_default_str()
+                ->check(whole_number(0, 100'000'000)),
+            command.add_option("--grading", config.tets.grading, "How fast tetrahedra grow inward")
+                ->capture_default_str()
+                ->check(between(0, 2))};
+}
+
+/// Options of the collision surface, likewise.
+std::vector<CLI::Option*> add_surface_options(CLI::App& command, MeshArguments& arguments) {
+    return {command
+                .add_option("--subdivide", arguments.config.levels,
+                            "1-to-4 subdivisions of the collision surface")
+                ->capture_default_str()
+                ->check(whole_number(0, 4)),
+            command.add_option("--subdivision", arguments.scheme, "midpoint keeps the shape, loop rounds it")
+                ->capture_default_str()
+                ->check(one_of({"midpoint", "loop"}))};
+}
+
+/// Throws CLI::ValidationError if one of the options is given.
+void refuse_any(const std::vector<CLI::Option*>& options, const std::string& why) {
+    for (const CLI::Option* option : options)
+        if (option->count() > 0) throw CLI::ValidationError(option->get_name(), why);
+}
+
 }  // namespace
 
 void add_mesh(CLI::App& app, Output& out) {
     auto arguments = std::make_shared<MeshArguments>();
-    Material& material = arguments->config.material;
+    MeshFileConfig& config = arguments->config;
     CLI::App* command =
         app.add_subcommand("mesh", "Fills a closed surface with tetrahedra and writes a body file");
     command
@@ -111,86 +232,42 @@ void add_mesh(CLI::App& app, Output& out) {
             "body file (.h5), of which the tetrahedra and the material are taken")
         ->required();
     command->add_option("-o,--output", arguments->output, "Body file to write")->required();
-    CLI::Option* nodes =
-        command
-            ->add_option("--nodes", arguments->config.tets.nodes,
-                         "Target number of tet nodes, met within 5 %; 0: determined by --grading")
-            ->capture_default_str()
-            ->check(whole_number(0, 100'000'000));
-    CLI::Option* grading =
-        command->add_option("--grading", arguments->config.tets.grading, "How fast tetrahedra grow inward")
-            ->capture_default_str()
-            ->check(between(0, 2));
-    const std::vector<CLI::Option*> of_material = {
-        command->add_option("--law", arguments->law, "How stress follows from strain")
-            ->capture_default_str()
-            ->check(one_of(names_of_laws())),
-        command->add_option("--young", material.young, "Young's modulus, Pa")
-            ->capture_default_str()
-            ->check(between(least_constant, max_constant)),
-        command->add_option("--poisson", material.poisson, "Poisson's ratio")
-            ->capture_default_str()
-            ->check(between(least_poisson, max_poisson)),
-        command->add_option("--density", material.density, "Density, kg/m3")
-            ->capture_default_str()
-            ->check(between(least_constant, max_constant)),
-        command->add_option("--rayleigh-mass", material.rayleigh_mass, "Damping of slow motion, 1/s")
-            ->capture_default_str()
-            ->check(between(0, max_constant)),
-        command->add_option("--rayleigh-stiffness", material.rayleigh_stiffness, "Damping of fast motion, s")
-            ->capture_default_str()
-            ->check(between(0, max_constant)),
-        command
-            ->add_option("--region", arguments->regions,
-                         "Another material for a group of tetrahedra in the file, such as "
-                         "core:young=2e6,law=stable_neo_hookean; may be repeated")
-            ->allow_extra_args(false)};
-    CLI::Option* subdivide = command
-                                 ->add_option("--subdivide", arguments->config.levels,
-                                              "1-to-4 subdivisions of the collision surface")
-                                 ->capture_default_str()
-                                 ->check(whole_number(0, 4));
-    CLI::Option* subdivision =
-        command->add_option("--subdivision", arguments->scheme, "midpoint keeps the shape, loop rounds it")
-            ->capture_default_str()
-            ->check(one_of({"midpoint", "loop"}));
+    std::vector<CLI::Option*> of_filling = add_filling_options(*command, config);
+    const std::vector<CLI::Option*> of_material = add_material_options(*command, *arguments),
+                                    of_surface = add_surface_options(*command, *arguments);
     command
-        ->add_option("--scale", arguments->config.scale,
+        ->add_option("--scale", config.scale,
                      "Factor of all coordinates: 0.001 for a file in millimetres, as bodies are in metres")
         ->capture_default_str()
         ->check(between(least_constant, max_constant));
     CLI::Option* weld =
         command
-            ->add_option("--weld", arguments->config.weld,
+            ->add_option("--weld", config.weld,
                          "Close cracks of a surface: what lies at most this far apart becomes one, "
                          "metres (after --scale)")
             ->check(between(least_constant, max_constant));
     CLI::Option* cage =
         command
-            ->add_option("--cage", arguments->config.cage,
+            ->add_option("--cage", config.cage,
                          "Take any surface as it is, also an open or defective one, and embed it in a coarse "
                          "cage of this many tet nodes, met within 10 %")
             ->check(whole_number(min_cage_nodes, max_cage_nodes));
     CLI::Option* inside = command->add_option(
-        "--inside", arguments->config.inside,
+        "--inside", config.inside,
         "Take any surface as it is and embed it in the tetrahedra of this body file, with its material");
-    for (CLI::Option* other : {nodes, grading, subdivide, subdivision}) {
-        cage->excludes(other);
-        inside->excludes(other);
-    }
-    for (CLI::Option* other : of_material) inside->excludes(other);
+    for (const auto& options : {of_filling, of_surface})
+        for (CLI::Option* option : options) {
+            cage->excludes(option);
+            inside->excludes(option);
+        }
+    for (CLI::Option* option : of_material) inside->excludes(option);
     inside->excludes(cage);
-    command->final_callback([arguments, of_material, of_filling = std::vector{nodes, grading, weld}, &out] {
-        if (holds_tets(arguments->input))
-            for (const CLI::Option* option : of_filling)
-                if (option->count() > 0)
-                    throw CLI::ValidationError(
-                        option->get_name(), "is for surfaces, but " + arguments->input + " holds tetrahedra");
-        if (std::filesystem::path(arguments->input).extension() == ".h5")
-            for (const CLI::Option* option : of_material)
-                if (option->count() > 0)
-                    throw CLI::ValidationError(option->get_name(), "the body file " + arguments->input +
-                                                                       " has a material of its own");
+    of_filling.push_back(weld);
+    command->final_callback([arguments, of_material, of_filling, &out] {
+        const std::string& input = arguments->input;
+        if (holds_tets(input)) refuse_any(of_filling, "is for surfaces, but " + input + " holds tetrahedra");
+        if (std::filesystem::path(input).extension() == ".h5")
+            refuse_any(of_material, "the body file " + input + " has a material of its own");
         run(*arguments, out);
     });
 }

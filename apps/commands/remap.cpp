@@ -20,10 +20,12 @@ struct RemapArguments {
 void run(const RemapArguments& arguments, Output& out) {
     check_output(arguments.output, {arguments.recording, arguments.from, arguments.to}, ".h5");
     out.work("reading");
-    const Body from = load_body(arguments.from), to = load_body(arguments.to);
-    const RemappedFrames remapped = remap_recording(
-        arguments.recording, {from, arguments.from}, {to, arguments.to}, arguments.output,
-        arguments.trajectories, [&](int done, int all) { out.progress("trajectories", done, all); });
+    Body from = load_body(arguments.from), to = load_body(arguments.to);
+    from.name = arguments.from;  // for messages
+    to.name = arguments.to;
+    const RemappedFrames remapped =
+        remap_recording(arguments.recording, from, to, arguments.output, arguments.trajectories,
+                        [&](int done, int all) { out.progress("trajectories", done, all); });
     out.text(fmt::format("{}: {} of {}", arguments.output, counted(remapped.frames, "frame"),
                          counted_trajectories(remapped.trajectories)));
     out.result({{"trajectories", remapped.trajectories}, {"frames", remapped.frames}});

@@ -58,11 +58,13 @@ void add_live_options(CLI::App& command, SimulateOptions& options) {
 
 /// For the end of --help.
 std::string columns() {
-    std::string text = "Columns of --csv: frame;";
+    std::string text = "Columns of --csv, one line per step:\n  frame: that the step belongs to";
     for (const StepNumber& number : step_numbers)
         if (number.is_column)
             text += fmt::format("\n  {}{}: {}", number.name,
                                 *number.unit ? fmt::format(", {}", number.unit) : "", number.text);
+    text += "\nand in the last step of a frame that --audit looks at:";
+    for (const AuditNumber& number : audit_numbers) text += fmt::format("\n  {}", number.name);
     return text;
 }
 

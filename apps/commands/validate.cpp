@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <iterator>
 #include <memory>
-#include <optional>
 #include <stdexcept>
 #include <vector>
 
@@ -30,7 +29,7 @@ SceneFindings findings_of(const std::filesystem::path& path) {
     Output silent;
     silent.quiet = true;
     SceneFiles files;
-    std::vector<std::optional<LoadedBody>> loaded(reading.spec.bodies.size());
+    std::vector<LoadedBody> loaded(reading.spec.bodies.size());
     for (std::size_t b = 0; b < loaded.size(); ++b) {
         if (!reading.body_is_good[b]) continue;
         try {
@@ -39,9 +38,7 @@ SceneFindings findings_of(const std::filesystem::path& path) {
             findings.problems.push_back(fmt::format("bodies[{}]: {}", b, error.what()));
         }
     }
-    std::vector<const LoadedBody*> bodies;
-    for (const auto& body : loaded) bodies.push_back(body ? &*body : nullptr);
-    SceneFindings checked = check_scene(reading, bodies);
+    SceneFindings checked = check_scene(reading, loaded);
     std::ranges::move(checked.problems, std::back_inserter(findings.problems));
     findings.warnings = std::move(checked.warnings);
     for (auto* lines : {&findings.problems, &findings.warnings})

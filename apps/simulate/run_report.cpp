@@ -61,9 +61,7 @@ void tell_start(const std::string& scene, const SceneSpec& spec, std::span<const
     if (const std::string line = start_warning(start_faults(world, body_labels(spec)), spec.resolve_start);
         !line.empty())
         out.warning(fmt::format("{}: {}", scene, line));
-    std::vector<const LoadedBody*> loaded;
-    for (const LoadedBody& body : bodies) loaded.push_back(&body);
-    for (const std::string& line : scene_body_warnings(spec, loaded))
+    for (const std::string& line : scene_body_warnings(spec, bodies))
         out.warning(fmt::format("{}: {}", scene, line));
     for (const std::string& line : narrow_gap_warnings(spec, world))
         out.warning(fmt::format("{}: {}", scene, line));

@@ -96,7 +96,7 @@ int find_frames(const RecordingReader& recording, const RecordedFrames& frames, 
     return found - trajectories.begin();
 }
 
-PosedSurface read_pose(const std::string& argument, BoundKind bounds) {
+PoseArgument read_pose(const std::string& argument, BoundKind bounds) {
     const std::size_t at = argument.find('@');
     if (at == std::string::npos) {
         TriMesh mesh = read_surface(argument);
@@ -129,20 +129,20 @@ PosedSurface read_pose(const std::string& argument, BoundKind bounds) {
             .rest = std::move(file.X)};
 }
 
-Eigen::Vector3d count_from_common_origin(std::initializer_list<PosedSurface*> surfaces) {
-    const auto in_double = [](const PosedSurface& s) {
+Eigen::Vector3d count_from_common_origin(std::initializer_list<PoseArgument*> surfaces) {
+    const auto in_double = [](const PoseArgument& s) {
         if (s.exact.rows() > 0) return s.exact;
         return Nodes(s.x.cast<double>().rowwise() + s.origin.transpose());
     };
     Eigen::AlignedBox3d box;
     double edge = std::numeric_limits<double>::infinity();
-    for (const PosedSurface* surface : surfaces) {
+    for (const PoseArgument* surface : surfaces) {
         const Nodes x = in_double(*surface);
         for (Eigen::Index v = 0; v < x.rows(); ++v) box.extend(x.row(v).transpose());
         edge = std::min(edge, mean_edge(x, surface->tree->faces));
     }
     const Eigen::Vector3d origin = far_origin(box, edge);
-    for (PosedSurface* surface : surfaces) {
+    for (PoseArgument* surface : surfaces) {
         if (surface->origin == origin) continue;
         surface->x = from(origin, in_double(*surface));
         if (surface->nodes.rows() > 0)
@@ -153,8 +153,8 @@ Eigen::Vector3d count_from_common_origin(std::initializer_list<PosedSurface*> su
     return origin;
 }
 
-void check_model_of(std::initializer_list<const PosedSurface*> surfaces, BoundKind bounds, bool has_margin) {
-    if (std::ranges::any_of(surfaces, &PosedSurface::from_tree)) return;
+void check_model_of(std::initializer_list<const PoseArgument*> surfaces, BoundKind bounds, bool has_margin) {
+    if (std::ranges::any_of(surfaces, &PoseArgument::from_tree)) return;
     if (bounds != BoundKind::automatic && !is_exact(bounds))
         throw std::invalid_argument(
             fmt::format("--bounds: a surface file does not have {} bounds; allowed: exact, boxes, auto, or "
@@ -166,15 +166,12 @@ void check_model_of(std::initializer_list<const PosedSurface*> surfaces, BoundKi
             "instead of the file");
 }
 
-ShownSurface shown_surface(std::string name, PosedSurface posed, BoundKind bounds,
-                           std::optional<float> margin) {
+ViewSource view_source(std::string name, const PoseArgument& posed, BoundKind bounds,
+                       std::optional<float> margin) {
     const bool has_bounds = posed.from_tree || is_exact(bounds);
     return {.name = std::move(name),
-            .tree = {.tree = std::move(posed.tree),
-                     .bounds = has_bounds ? bounds : BoundKind::boxes,
-                     .margin = margin},
-            .x = std::move(posed.x),
-            .rest = std::move(posed.rest)};
+            .tree = {.tree = posed.tree, .bounds = has_bounds ? bounds : BoundKind::boxes, .margin = margin},
+            .start = posed.rest};
 }
 
 }  // namespace nbd

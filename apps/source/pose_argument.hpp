@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "apps/view/surface_view.hpp"
+#include "apps/view/make_view.hpp"
 #include "collision/geometry/tet_mesh.hpp"
 #include "collision/tree/collision_tree.hpp"
 #include "training/files/recording.hpp"
@@ -15,7 +15,7 @@
 namespace nbd {
 
 /// A body in a pose, as the command line names it.
-struct PosedSurface {
+struct PoseArgument {
     std::shared_ptr<const CollisionTree> tree;
     Vertices x;  // [n, 3], counted from `origin`
     Eigen::Vector3d origin = Eigen::Vector3d::Zero();
@@ -43,18 +43,19 @@ int find_frames(const RecordingReader& recording, const RecordedFrames& frames, 
 /// Reads `SURFACE` (a surface file, with boxes or exact spheres as bounds) or `TREE.h5@POSE`, where POSE is a
 /// surface file with the tree's faces or `RECORDING.h5:trajectory:frame`. bounds: those that a tree is to be
 /// used with; `affine` needs a recorded pose. Throws std::runtime_error that names the wrong part.
-PosedSurface read_pose(const std::string& argument, BoundKind bounds);
+PoseArgument read_pose(const std::string& argument, BoundKind bounds);
 
 /// Counts the surfaces from a common origin, see far_origin(), so that float32 can hold their shapes and
 /// places. Returns the origin.
-Eigen::Vector3d count_from_common_origin(std::initializer_list<PosedSurface*> surfaces);
+Eigen::Vector3d count_from_common_origin(std::initializer_list<PoseArgument*> surfaces);
 
 /// Throws std::invalid_argument if the bounds need a model, or a margin is given to bounds without radii, and
 /// none of the surfaces has a tree file.
-void check_model_of(std::initializer_list<const PosedSurface*> surfaces, BoundKind bounds, bool has_margin);
+void check_model_of(std::initializer_list<const PoseArgument*> surfaces, BoundKind bounds, bool has_margin);
 
-/// The surface as a page shows it. bounds, margin: of its tree, if it has one; otherwise exact ones.
-ShownSurface shown_surface(std::string name, PosedSurface posed, BoundKind bounds,
-                           std::optional<float> margin);
+/// The surface, without its pose, as a page shows it. bounds, margin: of its tree, if it has one; otherwise
+/// exact ones.
+ViewSource view_source(std::string name, const PoseArgument& posed, BoundKind bounds,
+                       std::optional<float> margin);
 
 }  // namespace nbd

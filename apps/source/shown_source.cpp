@@ -12,7 +12,7 @@
 #include "apps/view/scene_view.hpp"
 #include "meshing/h5/reader.hpp"
 #include "sim/excitation/recipe_obstacles.hpp"
-#include "sim/world/body_tree.hpp"
+#include "sim/world/hang_on_body.hpp"
 
 namespace nbd {
 namespace {
@@ -100,7 +100,7 @@ Subject subject_of(const SourceArgument& argument, const std::string& tree) {
         subject.source.start = body->tets.X.cast<float>();
         subject.source.elastic = std::make_shared<const ElasticBody>(*body);
     }
-    BodyTree& shown = subject.source.tree;
+    ViewTree& shown = subject.source.tree;
     if (!argument.bounds.empty()) shown.bounds = bound_kind(argument.bounds);
     if (argument.margin) shown.margin = static_cast<float>(*argument.margin);
     if (tree.empty()) {
@@ -203,10 +203,10 @@ ViewScene view_of_surface(const SourceArgument& argument) {
     const std::string name = fs::path(argument.source).filename().string();
     std::optional<float> margin;
     if (argument.margin) margin = static_cast<float>(*argument.margin);
-    PosedSurface posed = read_pose(argument.source, bounds);
+    const PoseArgument posed = read_pose(argument.source, bounds);
     check_model_of({&posed}, bounds, margin.has_value());
     const std::string title = name + from_origin(posed.origin);
-    return view_of_surfaces({shown_surface(name, std::move(posed), bounds, margin)}, title, 0);
+    return view_of_surfaces({view_source(name, posed, bounds, margin)}, {posed.x}, title, 0);
 }
 
 }  // namespace nbd

@@ -42,7 +42,7 @@ void FaceMarks::add_frame(std::vector<std::uint32_t> marked) {
 }
 
 ContactFinder::ContactFinder(double distance, bool self_contact, std::vector<Obstacle> obstacles,
-                             const std::vector<Vertices>& rest, const std::deque<PosedBody>& bodies)
+                             const std::vector<Vertices>& rest, const std::deque<PosedView>& bodies)
     : distance_(static_cast<float>(distance)), obstacles_(std::move(obstacles)) {
     if (!self_contact) return;
     for (std::size_t b = 0; b < bodies.size(); ++b) {
@@ -52,7 +52,7 @@ ContactFinder::ContactFinder(double distance, bool self_contact, std::vector<Obs
     }
 }
 
-void ContactFinder::meet(PosedBody& a, PosedBody& b, Marked& of_a, Marked& of_b, PairCounts& counts) {
+void ContactFinder::meet(PosedView& a, PosedView& b, Marked& of_a, Marked& of_b, PairCounts& counts) {
     const bool may_miss = a.misses() || b.misses();
     const auto mark = [&](std::span<const FacePair> exact, std::span<const FacePair> found,
                           std::vector<std::uint32_t> Marked::*kind, std::uint32_t PairCounts::*count,
@@ -76,7 +76,7 @@ void ContactFinder::meet(PosedBody& a, PosedBody& b, Marked& of_a, Marked& of_b,
          &PairCounts::near, &PairCounts::near_missed);
 }
 
-void ContactFinder::meet_itself(PosedBody& body, std::size_t index, Marked& marked, PairCounts& counts) {
+void ContactFinder::meet_itself(PosedView& body, std::size_t index, Marked& marked, PairCounts& counts) {
     SelfQuery& query = self_[index];
     const auto touching = query.intersecting(body.exact());
     for (const auto side : {&FacePair::a, &FacePair::b})
@@ -88,7 +88,7 @@ void ContactFinder::meet_itself(PosedBody& body, std::size_t index, Marked& mark
 }
 
 /// Marks faces with a vertex that is near an obstacle, or behind its surface.
-void ContactFinder::meet_obstacles(const PosedBody& body, double time, Marked& marked) const {
+void ContactFinder::meet_obstacles(const PosedView& body, double time, Marked& marked) const {
     if (obstacles_.empty()) return;
     std::vector<bool> is_near(body.x().rows());
     for (Eigen::Index v = 0; v < body.x().rows(); ++v)
@@ -106,7 +106,7 @@ void ContactFinder::meet_obstacles(const PosedBody& body, double time, Marked& m
             }
 }
 
-PairCounts ContactFinder::add_frame(std::deque<PosedBody>& bodies, double time,
+PairCounts ContactFinder::add_frame(std::deque<PosedView>& bodies, double time,
                                     std::vector<ViewBody>& shown) {
     PairCounts counts;
     std::vector<Marked> marked(bodies.size());

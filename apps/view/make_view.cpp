@@ -1,9 +1,10 @@
 #include "apps/view/make_view.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
-#include "apps/view/bounds_view.hpp"
-#include "apps/view/node_stress.hpp"
+#include "sim/fem/stress.hpp"
 
 namespace nbd {
 namespace {
@@ -19,6 +20,26 @@ ViewObstacle shown(const Obstacle& obstacle) {
         result.shape = ViewMesh{mesh.X.cast<float>(), mesh.F};
     }
     return result;
+}
+
+/// Appends the von Mises stress at the nodes of a body, Pa: means over the tetrahedra around each node,
+/// weighted with their volumes at rest. Tetrahedra without a finite stress are left out. x: [N, 3] metres.
+void add_node_stress(const ElasticBody& body, NodesRef x, std::vector<float>& stress) {
+    const Eigen::VectorXd of_tets = von_mises_stress(body, x);
+    const Tets& T = body.rest().T;
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(body.node_count()), weight = sum;
+    for (int t = 0; t < body.element_count(); ++t) {
+        if (!std::isfinite(of_tets[t])) continue;
+        const double volume = body.rest_volumes()[t];
+        for (int c = 0; c < 4; ++c) {
+            sum[T(t, c)] += volume * of_tets[t];
+            weight[T(t, c)] += volume;
+        }
+    }
+    for (int i = 0; i < body.node_count(); ++i) {
+        const double mean = weight[i] > 0 ? sum[i] / weight[i] : 0;
+        stress.push_back(static_cast<float>(std::min<double>(mean, std::numeric_limits<float>::max())));
+    }
 }
 
 }  // namespace
@@ -91,6 +112,22 @@ void make_view(const ViewSources& sources, ViewScene& scene) {
         maker.add_frame(f, scene);
         if (sources.progress) sources.progress(static_cast<int>(f) + 1, scene.frames());
     }
+}
+
+ViewScene view_of_surfaces(std::vector<ViewSource> surfaces, const std::vector<Vertices>& poses,
+                           const std::string& title, double distance) {
+    ViewScene scene;
+    scene.title = title;
+    scene.displacement_from = "rest";
+    scene.times = {0};
+    scene.numbers = {0};
+    scene.recorded_frames = 1;
+    ViewSources sources;
+    sources.bodies = std::move(surfaces);
+    sources.contact_distance = distance;
+    sources.read_nodes = [&](int body, int, Vertices& x) { x = poses[body]; };
+    make_view(sources, scene);
+    return scene;
 }
 
 }  // namespace nbd

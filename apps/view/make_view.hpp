@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "apps/view/contact_finder.hpp"
-#include "apps/view/posed_body.hpp"
+#include "apps/view/posed_view.hpp"
 #include "apps/view/view_scene.hpp"
 #include "sim/fem/elastic_body.hpp"
 #include "sim/obstacles/obstacle.hpp"
@@ -19,7 +19,7 @@ namespace nbd {
 /// A body that a page is to show.
 struct ViewSource {
     std::string name;
-    BodyTree tree;
+    ViewTree tree;
     Vertices start{};                              // see ViewBody; empty: no displacement is shown
     Vertices rest{};                               // [n, 3] surface at rest; needed only for self-contact
     std::shared_ptr<const ElasticBody> elastic{};  // null: no stress is shown
@@ -65,7 +65,7 @@ class ViewMaker {
 
  private:
     ViewSources sources_;
-    std::deque<PosedBody> posed_;
+    std::deque<PosedView> posed_;
     std::optional<ContactFinder> contacts_;
     Vertices x_;
 };
@@ -73,5 +73,10 @@ class ViewMaker {
 /// Adds bodies, obstacles and contacts in all frames to a scene that has its times and numbers. Throws what
 /// reading throws, and std::invalid_argument for bounds that a tree does not have.
 void make_view(const ViewSources& sources, ViewScene& scene);
+
+/// Shows surfaces without nodes, each in one pose, [n, 3]. distance: of faces that are marked as near,
+/// metres; 0: only intersecting ones are marked.
+ViewScene view_of_surfaces(std::vector<ViewSource> surfaces, const std::vector<Vertices>& poses,
+                           const std::string& title, double distance);
 
 }  // namespace nbd

@@ -1,5 +1,6 @@
 #include "apps/view/packed.hpp"
 
+#include <fmt/format.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -10,10 +11,22 @@
 #include <stdexcept>
 #include <vector>
 
-#include "apps/view/base64.hpp"
-
 namespace nbd {
 namespace {
+
+/// Bytes as text in base 64 (RFC 4648), padded.
+std::string base64(std::span<const unsigned char> bytes) {
+    constexpr std::string_view letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string text;
+    text.reserve((bytes.size() + 2) / 3 * 4);
+    for (std::size_t i = 0; i < bytes.size(); i += 3) {
+        const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
+        unsigned group = 0;
+        for (std::size_t k = 0; k < 3; ++k) group = group << 8 | (k < count ? bytes[i + k] : 0u);
+        for (std::size_t k = 0; k < 4; ++k) text += k <= count ? letters[group >> (18 - 6 * k) & 63] : '=';
+    }
+    return text;
+}
 
 /// Small for differences of either sign: 0, -1, 1, -2 become 0, 1, 2, 3.
 template <class Word>
@@ -95,6 +108,34 @@ Packed pack_words(std::span<const Word> numbers, std::size_t row, int stride, st
 }
 
 }  // namespace
+
+Quantised quantise(std::span<const float> numbers, int columns, int steps) {
+    const std::size_t k = columns;
+    if (columns < 1 || numbers.size() % k != 0 || steps < 1 || steps > 65535)
+        throw std::invalid_argument(fmt::format("{} numbers in {} columns with {} steps cannot be quantised",
+                                                numbers.size(), columns, steps));
+    std::vector<double> high(k, -std::numeric_limits<double>::infinity());
+    Quantised result{
+        std::vector<double>(k, std::numeric_limits<double>::infinity()), std::vector<double>(k), {}};
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+        if (!std::isfinite(numbers[i]))
+            throw std::invalid_argument(
+                fmt::format("number {} to be shown is {}; allowed: finite numbers", i, numbers[i]));
+        result.low[i % k] = std::min<double>(result.low[i % k], numbers[i]);
+        high[i % k] = std::max<double>(high[i % k], numbers[i]);
+    }
+    for (std::size_t c = 0; c < k; ++c) {
+        if (numbers.empty()) result.low[c] = high[c] = 0;
+        result.step[c] = (high[c] - result.low[c]) / steps;
+    }
+    result.values.reserve(numbers.size());
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+        const double step = result.step[i % k];
+        const double value = step > 0 ? std::round((numbers[i] - result.low[i % k]) / step) : 0;
+        result.values.push_back(static_cast<std::uint16_t>(std::clamp<double>(value, 0, steps)));
+    }
+    return result;
+}
 
 Packed pack(std::span<const std::uint16_t> numbers, std::size_t row, int stride) {
     return pack_words(numbers, row, stride, "u16");

@@ -9,7 +9,6 @@
 
 #include "apps/view/packed.hpp"
 #include "apps/view/page_texts.hpp"
-#include "apps/view/quantise.hpp"
 #include "meshing/h5/version.hpp"
 
 namespace nbd {

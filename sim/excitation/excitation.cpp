@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "sim/excitation/recipe_obstacles.hpp"
-#include "sim/world/body_tree.hpp"
+#include "sim/world/hang_on_body.hpp"
 #include "sim/world/start_check.hpp"
 
 namespace nbd {

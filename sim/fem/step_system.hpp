@@ -26,10 +26,10 @@ struct PrescribedNodes {
 ///   b = c M v* + dt (f(x) + M g + f_outer) + dt^2 K(x) w
 ///
 /// linearised at the iterate w, where x = x* + dt w; alpha and beta are the Rayleigh coefficients. D damps
-/// strain rates as K resists strains, and leaves rotations alone, see StepMotion. For
-/// backward Euler the first w is v*, which accounts for the body's rotation over the step; linearised at x*,
-/// a spinning body would gain energy. Using the last solution as w gives Newton's method, with K as its only
-/// approximation (see ElasticBody).
+/// strain rates as K resists strains, and leaves rotations alone, see StepMotion. For backward Euler the
+/// first w is v*, which accounts for the body's rotation over the step; linearised at x*, a spinning body
+/// would gain energy. Using the last solution as w gives Newton's method, with K as its only approximation
+/// (see ElasticBody).
 ///
 /// Call assemble(), then prescribe(), then multiply() any number of times. CoupledSolver solves the systems
 /// of several bodies together.

@@ -13,7 +13,7 @@
 #include "meshing/surface/vertex_gap.hpp"
 #include "sim/contact/rest_gaps.hpp"
 #include "sim/contact/self_contact.hpp"
-#include "sim/scene/scene_parts.hpp"
+#include "sim/scene/build_world.hpp"
 
 namespace nbd {
 
@@ -28,13 +28,13 @@ namespace {
 
 /// One line about the first sphere that the vertices of a body may not meet, and how many there are; empty if
 /// there is none. Contact reaches out by the thickness, but pressed faces stretch, so it does not count.
-std::string small_ball_warning(const SceneSpec& spec, std::span<const LoadedBody* const> bodies) {
+std::string small_ball_warning(const SceneSpec& spec, std::span<const LoadedBody> bodies) {
     double gap = 0;
     std::size_t coarsest = 0;
     std::map<const Body*, double> gaps;  // bodies that share data are measured once
     for (std::size_t b = 0; b < bodies.size(); ++b) {
-        if (!bodies[b]) continue;
-        const Body& body = *bodies[b]->body;
+        if (!bodies[b].body) continue;
+        const Body& body = *bodies[b].body;
         const auto [known, is_new] = gaps.try_emplace(&body, 0);
         if (is_new) known->second = vertex_gap(body.surface);
         const double placed = spec.bodies[b].placement.scale * known->second;
@@ -61,8 +61,7 @@ std::string small_ball_warning(const SceneSpec& spec, std::span<const LoadedBody
 
 }  // namespace
 
-std::vector<std::string> scene_body_warnings(const SceneSpec& spec,
-                                             std::span<const LoadedBody* const> bodies) {
+std::vector<std::string> scene_body_warnings(const SceneSpec& spec, std::span<const LoadedBody> bodies) {
     std::vector<std::string> texts;                      // in the order in which they are found
     std::map<std::string, std::vector<std::size_t>> of;  // the bodies of a text
     std::map<const Body*, std::string> thin;             // bodies that share data are measured once
@@ -72,13 +71,13 @@ std::vector<std::string> scene_body_warnings(const SceneSpec& spec,
         of[text].push_back(b);
     };
     for (std::size_t b = 0; b < bodies.size(); ++b) {
-        if (!bodies[b]) continue;
-        const Body& body = *bodies[b]->body;
+        if (!bodies[b].body) continue;
+        const Body& body = *bodies[b].body;
         add(b, size_hint(body, spec.bodies[b].placement.scale));
         if (!thin.contains(&body)) thin[&body] = thin_hint(body.tets);
         add(b, thin[&body]);
         try {
-            const BodyMaterials materials = scene_materials(spec.bodies[b], *bodies[b]);
+            const BodyMaterials materials = scene_materials(spec.bodies[b], bodies[b]);
             add(b, locking_hint(materials.material, materials.regions));
         } catch (const std::invalid_argument&) {  // a problem of its own
         }

@@ -16,17 +16,18 @@ Eigen::Vector3d placed_origin(const Body& body, const Placement& placement) {
     return placement.scale * (placement.rotation() * body.origin);
 }
 
-Eigen::Vector3d origin_of(const SceneSpec& spec, const std::vector<const Body*>& bodies) {
+Eigen::Vector3d origin_of(const SceneSpec& spec, std::span<const LoadedBody> bodies) {
     Eigen::AlignedBox3d box;
     double edge = std::numeric_limits<double>::infinity();
     for (std::size_t b = 0; b < bodies.size(); ++b) {
-        if (!bodies[b]) continue;
+        if (!bodies[b].body) continue;
+        const Body& body = *bodies[b].body;
         const Placement& placement = spec.bodies[b].placement;
         const Eigen::Matrix3d A = placement.scale * placement.rotation();
-        const Eigen::Vector3d t = placed_origin(*bodies[b], placement) + placement.translate;
-        const Nodes& X = bodies[b]->surface.X;
+        const Eigen::Vector3d t = placed_origin(body, placement) + placement.translate;
+        const Nodes& X = body.surface.X;
         for (Eigen::Index v = 0; v < X.rows(); ++v) box.extend(A * X.row(v).transpose() + t);
-        edge = std::min(edge, placement.scale * mean_edge(X, bodies[b]->surface.F));
+        edge = std::min(edge, placement.scale * mean_edge(X, body.surface.F));
     }
     return far_origin(box, edge);
 }
@@ -51,14 +52,14 @@ void move(SceneObstacle& obstacle, const Eigen::Vector3d& by) {
 
 }  // namespace
 
-SceneSpec local_scene(SceneSpec spec, const std::vector<const Body*>& bodies,
+SceneSpec local_scene(SceneSpec spec, std::span<const LoadedBody> bodies,
                       std::optional<Eigen::Vector3d> wanted) {
     if (spec.origin) return spec;
     const Eigen::Vector3d origin = wanted ? *wanted : origin_of(spec, bodies);
     spec.origin = origin;
     for (std::size_t b = 0; b < bodies.size(); ++b)
-        if (bodies[b] && !bodies[b]->origin.isZero(0))
-            spec.bodies[b].placement.translate += placed_origin(*bodies[b], spec.bodies[b].placement);
+        if (const Body* body = bodies[b].body.get(); body && !body->origin.isZero(0))
+            spec.bodies[b].placement.translate += placed_origin(*body, spec.bodies[b].placement);
     if (origin.isZero(0)) return spec;
     for (SceneBody& body : spec.bodies) {
         body.placement.translate -= origin;
@@ -71,13 +72,6 @@ SceneSpec local_scene(SceneSpec spec, const std::vector<const Body*>& bodies,
     }
     for (SceneObstacle& obstacle : spec.obstacles) move(obstacle, -origin);
     return spec;
-}
-
-SceneSpec local_scene(SceneSpec spec, std::span<const LoadedBody> bodies,
-                      std::optional<Eigen::Vector3d> wanted) {
-    std::vector<const Body*> all;
-    for (const LoadedBody& body : bodies) all.push_back(body.body.get());
-    return local_scene(std::move(spec), all, wanted);
 }
 
 }  // namespace nbd

@@ -2,7 +2,6 @@
 
 #include <optional>
 #include <span>
-#include <vector>
 
 #include "sim/scene/scene.hpp"
 
@@ -10,10 +9,7 @@ namespace nbd {
 
 /// The scene with all its positions counted from an origin: zero, unless its bodies lie so far away that
 /// float32 would be too coarse for them, see far_origin(). SceneSpec::origin tells it; a scene that has one
-/// is returned as it is. bodies: one per spec.bodies; null entries are skipped. wanted: the origin, where it
-/// is known.
-SceneSpec local_scene(SceneSpec spec, const std::vector<const Body*>& bodies,
-                      std::optional<Eigen::Vector3d> wanted = std::nullopt);
+/// is returned as it is. bodies: one per spec.bodies. wanted: the origin, where it is known.
 SceneSpec local_scene(SceneSpec spec, std::span<const LoadedBody> bodies,
                       std::optional<Eigen::Vector3d> wanted = std::nullopt);
 

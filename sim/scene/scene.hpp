@@ -144,7 +144,7 @@ SceneSpec load_scene(const std::filesystem::path& path);
 
 /// The loaded data of a scene's body. Bodies that refer to the same data share what is made of it.
 struct LoadedBody {
-    std::shared_ptr<const Body> body;
+    std::shared_ptr<const Body> body;           // null: it could not be loaded, and checks skip it
     std::shared_ptr<const CollisionTree> tree;  // from a tree file; null: none
 };
 
@@ -161,9 +161,9 @@ void make_trees(const SceneSpec& spec, std::span<LoadedBody> bodies);
 /// Builds the world of a scene. bodies: one per spec.bodies, in that order, as loaded from their files;
 /// materials and placements of the scene are applied here, and bodies that intersect are moved apart if the
 /// scene asks for it. Positions of the world are those of local_scene(), counted from World::origin(). moves:
-/// out, how; may be null. Reads the meshes of obstacles. Throws a one-line
-/// std::invalid_argument or std::runtime_error for inconsistent data: a wrong count, a tree of another
-/// surface, learned bounds with a scale or without a tree, a region without nodes, an unusable mesh.
+/// out, how; may be null. Reads the meshes of obstacles. Throws a one-line std::invalid_argument or
+/// std::runtime_error for inconsistent data: a wrong count, a tree of another surface, learned bounds with a
+/// scale or without a tree, a region without nodes, an unusable mesh.
 World build_world(const SceneSpec& spec, std::span<const LoadedBody> bodies,
                   std::vector<StartMove>* moves = nullptr);
 

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "sim/scene/body_warnings.hpp"
+#include "sim/scene/build_world.hpp"
 #include "sim/scene/local_scene.hpp"
-#include "sim/scene/scene_parts.hpp"
 #include "sim/world/start_check.hpp"
 
 namespace nbd {
@@ -15,12 +15,12 @@ namespace {
 
 class SceneCheck {
  public:
-    SceneCheck(const SceneReading& reading, std::span<const LoadedBody* const> bodies)
-        : reading_(reading), bodies_(bodies), spec_(local_spec(reading, bodies)) {}
+    SceneCheck(const SceneReading& reading, std::span<const LoadedBody> bodies)
+        : reading_(reading), bodies_(bodies), spec_(local_scene(reading.spec, bodies)) {}
 
     SceneFindings run() {
         for (std::size_t b = 0; b < bodies_.size(); ++b)
-            if (bodies_[b]) check_body(b);
+            if (bodies_[b].body) check_body(b);
         findings_.warnings = scene_body_warnings(spec_, bodies_);
         if (!spec_.resolve_start) add(start_.between_bodies());
         for (std::size_t o = 0; o < spec_.obstacles.size(); ++o)
@@ -29,12 +29,6 @@ class SceneCheck {
     }
 
  private:
-    static SceneSpec local_spec(const SceneReading& reading, std::span<const LoadedBody* const> bodies) {
-        std::vector<const Body*> loaded;
-        for (const LoadedBody* body : bodies) loaded.push_back(body ? body->body.get() : nullptr);
-        return local_scene(reading.spec, loaded);
-    }
-
     void check_body(std::size_t number) {
         const auto say = [&](const std::string& what) {
             findings_.problems.push_back(fmt::format("bodies[{}]: {}", number, what));
@@ -42,9 +36,9 @@ class SceneCheck {
         SceneBody spec = spec_.bodies[number];
         const std::vector<SceneGrip> grips = std::exchange(spec.grips, {});
         try {
-            WorldBody body = make_world_body(
-                spec, *bodies_[number],
-                scene_elastic(spec, *bodies_[number], scene_materials(spec, *bodies_[number])));
+            WorldBody body =
+                make_world_body(spec, bodies_[number],
+                                scene_elastic(spec, bodies_[number], scene_materials(spec, bodies_[number])));
             check_grips(number, grips, body.state.x);
             start_.add_body(fmt::format("bodies[{}]", number), {embedded(body.W, body.state.x), body.F});
             World({}).add_body(std::move(body));
@@ -88,7 +82,7 @@ class SceneCheck {
     }
 
     const SceneReading& reading_;
-    std::span<const LoadedBody* const> bodies_;
+    std::span<const LoadedBody> bodies_;
     SceneSpec spec_;
     StartCheck start_;
     SceneFindings findings_;
@@ -96,7 +90,7 @@ class SceneCheck {
 
 }  // namespace
 
-SceneFindings check_scene(const SceneReading& reading, std::span<const LoadedBody* const> bodies) {
+SceneFindings check_scene(const SceneReading& reading, std::span<const LoadedBody> bodies) {
     return SceneCheck(reading, bodies).run();
 }
 

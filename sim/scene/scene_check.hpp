@@ -16,8 +16,8 @@ struct SceneFindings {
 /// Checks a scene beyond its text. Problems: bodies that cannot be simulated, trees of other surfaces,
 /// regions without nodes or with nodes held by another grip, unusable obstacles, bodies that overlap each
 /// other or an obstacle at the start. Warnings: bodies that touch something then, and those of
-/// scene_body_warnings(). bodies: one per reading.spec.bodies; null entries are skipped. Obstacles with
-/// problems in their text are skipped.
-SceneFindings check_scene(const SceneReading& reading, std::span<const LoadedBody* const> bodies);
+/// scene_body_warnings(). bodies: one per reading.spec.bodies. Obstacles with problems in their text are
+/// skipped.
+SceneFindings check_scene(const SceneReading& reading, std::span<const LoadedBody> bodies);
 
 }  // namespace nbd

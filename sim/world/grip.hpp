@@ -4,6 +4,8 @@
 #include <limits>
 #include <vector>
 
+#include "meshing/surface/mesh.hpp"
+
 namespace nbd {
 
 /// Nodes that follow a prescribed rigid motion: they translate by `translation` and rotate by `rotation`
@@ -24,5 +26,20 @@ Eigen::Vector3d grip_target(const Grip& grip, const Eigen::Vector3d& x0, double 
 /// Throws std::invalid_argument for a node outside 0 .. node_count - 1 or named twice, a non-finite number,
 /// or a negative duration.
 void check_grip(const Grip& grip, int node_count);
+
+/// Nodes of a body that are moved from outside, step by step: from their places at `start` on straight lines
+/// to their targets at `end`, where they stay.
+struct DrivenNodes {
+    std::vector<int> nodes;     // distinct rows of the tet nodes
+    Nodes from, to;             // [nodes, 3] metres
+    double start = 0, end = 0;  // seconds; the same before the step in which they move
+
+    /// Position at `time` of the node with this index in `nodes`.
+    Eigen::Vector3d at(Eigen::Index index, double time) const noexcept {
+        if (!(time < end)) return to.row(index);
+        const double progress = time <= start ? 0 : (time - start) / (end - start);
+        return from.row(index) + progress * (to.row(index) - from.row(index));
+    }
+};
 
 }  // namespace nbd

@@ -12,12 +12,12 @@
 #include "sim/barrier/barrier.hpp"
 #include "sim/barrier/barrier_solver.hpp"
 #include "sim/contact/contact_detection.hpp"
+#include "sim/contact/contact_sides.hpp"
 #include "sim/contact/contact_solver.hpp"
+#include "sim/fem/body_state.hpp"
 #include "sim/fem/step_report.hpp"
 #include "sim/fem/step_system.hpp"
-#include "sim/world/driven_nodes.hpp"
 #include "sim/world/grip.hpp"
-#include "sim/world/world_snapshot.hpp"
 
 namespace nbd {
 
@@ -77,6 +77,19 @@ struct WorldReport : StepReport {
     std::string rejection{};       // empty, or one line: why a part of the step was last rejected
     std::string trouble_reason{};  // empty, or one line about `trouble`
     std::string failure{};  // empty, or one line: why the step failed; the world must not be stepped again
+};
+
+/// The state of a world, without its bodies, obstacles and outer forces. A world built from the same ones and
+/// restored from a snapshot continues with the same bits. Plain arrays, reals in double, so that a file can
+/// keep them exactly.
+struct WorldSnapshot {
+    double time = 0;                // seconds
+    double dt_before = 0;           // length of the part of a step that ended here, seconds; 0: none
+    std::vector<BodyState> bodies;  // positions and velocities, one per body
+    std::vector<BodyState> before;  // those of the step before, for BDF2; empty arrays or an empty list: none
+    // Velocities before the last step, which tell where they head for; empty arrays or an empty list: none.
+    std::vector<Nodes> velocities_before;
+    ContactSides sides;
 };
 
 /// A body that was moved as a whole.

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 
 #include "tests/apps/small_files.hpp"
@@ -52,6 +53,23 @@ TEST_F(ContactCommands, StepsThatWentWrongAreTold) {
     EXPECT_EQ(fine.status, 0) << fine.err;
     EXPECT_EQ(nlohmann::json::parse(fine.out)["troubled_steps"], 0);
     EXPECT_EQ(fine.err.find("went wrong"), std::string::npos) << fine.err;
+}
+
+TEST_F(ContactCommands, TheTableHasTheColumnsThatHelpLists) {
+    write_drop("drop.json", "");
+    ASSERT_EQ(simulate("drop.json", {"--audit", "1"}).status, 0);
+    const std::string header = table().substr(0, table().find('\n'));
+    EXPECT_EQ(
+        header,
+        "frame,time,contacts,face_pairs,nodes_bounded,nodes_out_of_range,update_us,collision_us,detect_us,"
+        "assemble_us,solve_us,rest_us,substeps,newton_iterations,solver_iterations,solver_converged,"
+        "kinetic_energy,elastic_energy,gravity_energy,deepest_penetration,inverted_elements,trouble,"
+        "least_distance,intersecting_pairs,intersecting_pairs_missed,near_pairs,near_pairs_missed,"
+        "audit_tests,audit_exact_tests,audit_us,audit_exact_us,pairs_measured");
+    const std::string help = test::run(folder(), {"simulate", "--help"}).out;
+    std::istringstream names(header);
+    for (std::string name; std::getline(names, name, ',');)
+        EXPECT_NE(help.find("\n  " + name), std::string::npos) << name;
 }
 
 TEST_F(ContactCommands, AStartThatIntersectsIsRefusedOrMended) {

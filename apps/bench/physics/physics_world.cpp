@@ -7,7 +7,7 @@
 
 #include "meshing/body/make_body.hpp"
 #include "sim/fem/momentum.hpp"
-#include "sim/world/body_tree.hpp"
+#include "sim/world/hang_on_body.hpp"
 
 namespace nbd {
 

@@ -1,7 +1,10 @@
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
+#include <stdexcept>
 #include <utility>
+#include <vector>
 
 #include "apps/python/bindings/bindings.hpp"
 #include "apps/python/bindings/shared_tree.hpp"
@@ -69,6 +72,22 @@ py::tuple corners(const Box& box) {
 }
 
 }  // namespace
+
+UsePoses::UsePoses(std::span<PosedTreeObject* const> trees) {
+    std::vector<PosingWorld*> worlds;
+    for (PosedTreeObject* tree : trees) {
+        uses_.emplace_back(tree->lock, "PosedTree");
+        PosingWorld* world = tree->world.get();
+        if (!world) continue;
+        if (std::ranges::find(worlds, world) == worlds.end()) {
+            worlds.push_back(world);
+            uses_.emplace_back(world->lock, "the World of a PosedTree");
+        }
+        if (world->changes != tree->world_changes)
+            throw std::runtime_error(
+                "PosedTree: its world has moved since the pose; call World.begin_pose() again");
+    }
+}
 
 void bind_posed_trees(py::module_& m) {
     py::class_<PosedTreeObject>(

@@ -134,7 +134,7 @@ SharedFile transferred(const TreeFile& file, const Body& body) {
     return stoppable([&] { return std::make_shared<TreeFile>(transfer_tree(file, surface_body(body))); });
 }
 
-py::dict facts_of(const TreeFile& file) {
+py::dict training_facts(const TreeFile& file) {
     const TrainingFacts& facts = file.facts;
     py::dict all;
     all["body_hash"] = facts.body_hash;
@@ -169,7 +169,7 @@ void bind_tree_file(py::module_& m) {
                 return owned(embedded(file.W, nodes.as<Vertices>()));
             },
             py::arg("x"), "Positions of the surface, W x, float32 as PosedTree takes them. A new array.")
-        .def_property_readonly("facts", &facts_of);
+        .def_property_readonly("facts", &training_facts);
     m.def(
         "load_tree",
         [](const path& file) {

@@ -44,9 +44,7 @@ void tell(const WorldObject& object) {
             start_warning(start_faults(object.world, body_labels(scene)), scene.resolve_start);
         !line.empty())
         notice(line);
-    std::vector<const LoadedBody*> bodies;
-    for (const LoadedBody& body : object.bodies) bodies.push_back(&body);
-    for (const std::string& line : scene_body_warnings(scene, bodies)) notice(line);
+    for (const std::string& line : scene_body_warnings(scene, object.bodies)) notice(line);
     for (const std::string& line : narrow_gap_warnings(scene, object.world)) notice(line);
 }
 

@@ -7,10 +7,9 @@
 #include <random>
 #include <sstream>
 
-#include "apps/view/bounds_view.hpp"
 #include "apps/view/make_view.hpp"
 #include "apps/view/packed.hpp"
-#include "apps/view/quantise.hpp"
+#include "apps/view/posed_view.hpp"
 #include "tests/support/error_of.hpp"
 
 namespace nbd {
@@ -171,7 +170,7 @@ TEST(BoxLevels, EachLevelBoundsTheWholeBodyAndNoMoreBoxesComeThanAskedFor) {
     EXPECT_EQ(box_levels(boxes, 0).size(), 1u);
 }
 
-TEST(PosedBody, DrawsTheBoxesThatItsBoundsWalk) {
+TEST(PosedView, DrawsTheBoxesThatItsBoundsWalk) {
     const ViewMesh mesh = sheet(20);
     SurfaceEmbedding W(mesh.X.rows(), mesh.X.rows());
     W.setIdentity();
@@ -180,7 +179,7 @@ TEST(PosedBody, DrawsTheBoxesThatItsBoundsWalk) {
     hang_on_nodes(tree, W, mesh.X);
     const auto hung = std::make_shared<const CollisionTree>(std::move(tree));
     const auto kind_of = [&](std::shared_ptr<const CollisionTree> of, BoundKind kind) {
-        PosedBody body({.tree = std::move(of), .W = W, .bounds = kind});
+        PosedView body({.tree = std::move(of), .W = W, .bounds = kind});
         ViewBounds bounds = bounds_of(body);
         for (int frame = 1; frame <= 2; ++frame) {
             body.begin_pose(static_cast<float>(frame) * mesh.X);

@@ -281,7 +281,7 @@ TEST(CheckScene, ReportsEveryProblemOfBodiesAndObstacles) {
                         {"sphere": {"centre": [0, 0, 5], "radius": -1}}]})",
         "");
     const LoadedBody loaded = box();
-    const LoadedBody* const bodies[] = {&loaded, &loaded, &loaded, &loaded, nullptr, &loaded};
+    const LoadedBody bodies[] = {loaded, loaded, loaded, loaded, {}, loaded};
     EXPECT_EQ(check_scene(reading, bodies).problems,
               (std::vector<std::string>{
                   "bodies[0].pins[0]: the region holds no node of the body",
@@ -301,7 +301,7 @@ TEST(CheckScene, AcceptsBodiesThatTouchTheFloor) {
         R"({"bodies": [{"body": "a", "transform": {"translate": [0, 0, 0.15]}}], "obstacles": [{"plane": {}}]})",
         "");
     const LoadedBody loaded = box();
-    const LoadedBody* const bodies[] = {&loaded};
+    const LoadedBody bodies[] = {loaded};
     EXPECT_EQ(check_scene(reading, bodies).problems, std::vector<std::string>{});
 }
 TEST(BuildWorld, FrictionHoldsABlockOnASlopeFor20Seconds) {

@@ -1,4 +1,3 @@
-#include "sim/world/driven_nodes.hpp"
 
 #include <gtest/gtest.h>
 

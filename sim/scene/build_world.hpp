@@ -33,8 +33,7 @@ WorldBody make_world_body(const SceneBody& spec, const LoadedBody& loaded,
                           std::shared_ptr<const ElasticBody> elastic);
 
 /// Makes an obstacle; reads its mesh if it has one, and turns its faces outward where they are not, with a
-/// notice(). Throws std::invalid_argument or std::runtime_error if the
-/// mesh cannot be used.
+/// notice(). Throws std::invalid_argument or std::runtime_error if the mesh cannot be used.
 Obstacle make_obstacle(const SceneObstacle& spec);
 
 }  // namespace nbd

@@ -1,4 +1,4 @@
-#include "apps/view/bounds_view.hpp"
+#include "apps/view/posed_view.hpp"
 
 #include <algorithm>
 
@@ -20,9 +20,39 @@ void count_boxes(const std::vector<std::vector<Box>>& levels, std::vector<int>& 
         first_node.push_back(first_node.back() + static_cast<int>(level.size()));
 }
 
+/// Whether the tree hangs on the nodes that poses give.
+bool hangs_on_those_nodes(const ViewTree& body) {
+    return body.tree->affine && body.W.rows() > 0 && body.tree->affine->node_count() == body.W.cols();
+}
+
+BoundKind drawn_bounds(const ViewTree& body) {
+    if (!reads_nodes(body.bounds)) return body.bounds;
+    return hangs_on_those_nodes(body) ? BoundKind::affine : BoundKind::boxes;
+}
+
 }  // namespace
 
-ViewBounds bounds_of(PosedBody& body) {
+PosedView::PosedView(ViewTree body) : body_(std::move(body)), exact_(body_.tree, BoundKind::boxes) {
+    const BoundKind kind = drawn_bounds(body_);
+    if (kind != BoundKind::boxes) own_.emplace(body_.tree, kind, body_.margin);
+}
+
+void PosedView::begin_pose(VerticesRef nodes) {
+    if (body_.W.rows() > 0)
+        apply_embedding(body_.W, nodes, x_);
+    else
+        x_ = nodes;
+    exact_.begin_pose(x_);
+    if (!own_) return;
+    if (own_->takes_nodes()) {
+        nodes_ = nodes;
+        own_->begin_pose_of_nodes(nodes_);
+    } else {
+        own_->begin_pose(x_);
+    }
+}
+
+ViewBounds bounds_of(PosedView& body) {
     const PosedTree& tree = body.drawn();
     const std::vector<SphereTree::Node>& nodes = tree.tree().spheres.nodes;
     ViewBounds bounds{std::string(name(tree.kind())), is_box(tree.kind()), {0}, {}};
@@ -36,7 +66,7 @@ ViewBounds bounds_of(PosedBody& body) {
     return bounds;
 }
 
-void add_bounds(PosedBody& body, ViewBounds& bounds) {
+void add_bounds(PosedView& body, ViewBounds& bounds) {
     PosedTree& tree = body.drawn();
     if (bounds.are_boxes) {
         const auto levels = box_levels(tree.wide_tree(), most_boxes);

@@ -1,4 +1,4 @@
-#include "sim/world/body_tree.hpp"
+#include "sim/world/hang_on_body.hpp"
 
 #include <fmt/format.h>
 

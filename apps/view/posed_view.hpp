@@ -2,14 +2,17 @@
 
 #include <memory>
 #include <optional>
+#include <vector>
 
+#include "apps/view/view_scene.hpp"
 #include "collision/geometry/embedding.hpp"
 #include "collision/tree/posed_tree.hpp"
+#include "collision/wide_tree/posed_wide_tree.hpp"
 
 namespace nbd {
 
 /// The bounds of a body as a page asks for them.
-struct BodyTree {
+struct ViewTree {
     std::shared_ptr<const CollisionTree> tree;
     SurfaceEmbedding W{};  // [n, N] surface vertices from nodes; empty: the nodes are the vertices
     BoundKind bounds = BoundKind::boxes;
@@ -17,10 +20,10 @@ struct BodyTree {
 };
 
 /// A body in a pose, with exact bounds and its own.
-class PosedBody {
+class PosedView {
  public:
     /// Throws std::invalid_argument if the tree has no such bounds.
-    explicit PosedBody(BodyTree body);
+    explicit PosedView(ViewTree body);
 
     /// nodes: [N, 3]; not referred to afterwards.
     void begin_pose(VerticesRef nodes);
@@ -36,10 +39,21 @@ class PosedBody {
     bool misses() const noexcept { return can_miss(body_.bounds); }
 
  private:
-    BodyTree body_;
+    ViewTree body_;
     Vertices x_, nodes_;
     PosedTree exact_;
     std::optional<PosedTree> own_;  // empty: the exact boxes
 };
+
+/// Bounds to which add_bounds() adds: spheres of the nodes down to depth 6, or boxes of levels of the wide
+/// tree, 512 at most.
+ViewBounds bounds_of(PosedView& body);
+
+/// Appends the bounds of a frame. body: in its pose.
+void add_bounds(PosedView& body, ViewBounds& bounds);
+
+/// The boxes in a pose, level by level from the whole body down to leaves of some faces: as many levels as
+/// have `most` boxes together, the first one always.
+std::vector<std::vector<Box>> box_levels(PosedWideTree& boxes, std::size_t most);
 
 }  // namespace nbd
