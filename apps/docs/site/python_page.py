@@ -10,10 +10,6 @@ def signature(node):
     return f"{node.name}({ast.unparse(node.args)}){returns}"
 
 
-def is_property(node):
-    return any(isinstance(mark, ast.Name) and mark.id == "property" for mark in node.decorator_list)
-
-
 def docstring(thing):
     """The text of a docstring, without the signatures that pybind11 puts in front and the words for overloads."""
     lines = (inspect.getdoc(thing) or "").splitlines()
@@ -31,14 +27,15 @@ def indented(text):
 def members(node, thing):
     text, seen = "", set()
     for child in node.body:
+        if isinstance(child, ast.AnnAssign):  # name: Final[type]
+            name = child.target.id
+            text += f"- `{name}: {ast.unparse(child.annotation.slice)}`\n{indented(docstring(getattr(thing, name, None)))}"
+            continue
         if not isinstance(child, ast.FunctionDef) or (child.name.startswith("_") and child.name != "__init__"):
             continue
-        if is_property(child):
-            label = f"{child.name}: {ast.unparse(child.returns)}"
-        else:
-            label = signature(child).replace("self, ", "", 1).replace("(self)", "()", 1)
-            if child.name == "__init__":
-                label = f"{node.name}{label[len('__init__'):].removesuffix(' -> None')}"
+        label = signature(child).replace("self, ", "", 1).replace("(self)", "()", 1)
+        if child.name == "__init__":
+            label = f"{node.name}{label[len('__init__'):].removesuffix(' -> None')}"
         doc = "" if child.name in seen else docstring(getattr(thing, child.name, None))
         if child.name == "__init__" and doc.startswith("Initialize self"):
             doc = ""
