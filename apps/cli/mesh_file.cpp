@@ -14,17 +14,15 @@
 #include <vector>
 
 #include "collision/geometry/far_origin.hpp"
-#include "meshing/body/body_check.hpp"
+#include "meshing/body/body.hpp"
 #include "meshing/body/make_body.hpp"
-#include "meshing/cage/body_inside.hpp"
 #include "meshing/cage/cage_body.hpp"
 #include "meshing/cage/clean_soup.hpp"
-#include "meshing/formats/face_count.hpp"
 #include "meshing/formats/read_surface.hpp"
 #include "meshing/formats/read_tets.hpp"
 #include "meshing/surface/check_surface.hpp"
 #include "meshing/surface/solid_boundary.hpp"
-#include "meshing/surface/weld_within.hpp"
+#include "meshing/surface/weld.hpp"
 #include "meshing/tets/order_by_place.hpp"
 
 namespace nbd {

@@ -14,7 +14,7 @@
 #include "collision/geometry/triangle_triangle.hpp"
 #include "collision/query/pair_query.hpp"
 #include "meshing/h5/atomic_file.hpp"
-#include "meshing/surface/winding.hpp"
+#include "meshing/surface/solid_boundary.hpp"
 
 namespace nbd {
 namespace {

@@ -13,7 +13,7 @@
 #include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
 #include "meshing/body/body_hints.hpp"
-#include "meshing/body/constant_range.hpp"
+#include "meshing/body/material.hpp"
 #include "meshing/cage/cage.hpp"
 #include "meshing/tets/tet_quality.hpp"
 #include "sim/json/nearest_name.hpp"

@@ -48,4 +48,9 @@ void save_body(const std::filesystem::path& path, const Body& body);
 /// (index out of range, wrong shapes, non-positive volume, non-finite number).
 Body load_body(const std::filesystem::path& path);
 
+/// Throws std::invalid_argument naming the first error: an empty mesh, an index out of range, a non-finite
+/// number, a tetrahedron without positive volume, inconsistent shapes, weights that do not sum to 1 or do not
+/// reproduce the surface, a material or region out of range, or modes that do not fit the nodes.
+void check_body(const Body& body);
+
 }  // namespace nbd

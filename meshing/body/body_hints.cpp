@@ -24,15 +24,6 @@ double volume(const TetMesh& tets, Eigen::Index t) {
            6;
 }
 
-double area(const TetMesh& tets, const Faces& faces) {
-    double sum = 0;
-    for (Eigen::Index f = 0; f < faces.rows(); ++f) {
-        const Eigen::Vector3d a = node(tets, faces(f, 0));
-        sum += (node(tets, faces(f, 1)) - a).cross(node(tets, faces(f, 2)) - a).norm() / 2;
-    }
-    return sum;
-}
-
 }  // namespace
 
 std::string size_hint(const Body& body, double scale) {
@@ -62,7 +53,7 @@ std::string thin_hint(const TetMesh& tets) {
         if (std::ranges::all_of(tets.T.row(t), [&](int i) { return is_outer[i]; })) thin += v;
     }
     const double length = (tets.X.colwise().maxCoeff() - tets.X.colwise().minCoeff()).norm(),
-                 thickness = 2 * all / area(tets, boundary);
+                 thickness = 2 * all / area(tets.X, boundary);
     if (!(thin > most_thin * all) || !(length > slender * thickness)) return "";
     return fmt::format(
         "is one tetrahedron thick in {:.0f} % of its volume, so it bends far too little; a surface "

@@ -7,8 +7,6 @@
 #include <set>
 #include <stdexcept>
 
-#include "meshing/body/constant_range.hpp"
-
 namespace nbd {
 
 std::string_view name(MaterialLaw law) noexcept {

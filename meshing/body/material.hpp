@@ -8,6 +8,10 @@
 
 namespace nbd {
 
+/// Allowed range of the constants of materials, of scales and of lengths, where they must be positive, so
+/// that products of several of them are neither infinite nor zero.
+constexpr double least_constant = 1e-30, max_constant = 1e30;
+
 /// Allowed range of Poisson's ratio. At -1 and 0.5 a linear material is infinitely stiff; close to them
 /// eigensolvers fail and four-node tetrahedra lock.
 constexpr double least_poisson = -0.999, max_poisson = 0.499;
@@ -27,7 +31,7 @@ constexpr std::array<MaterialLaw, 3> material_laws{MaterialLaw::corotated, Mater
                                                    MaterialLaw::st_venant_kirchhoff};
 
 /// Isotropic elastic material. Young's modulus and Poisson's ratio are those at small strains. Ranges:
-/// constant_range.hpp.
+/// those above.
 struct Material {
     double young = 1e5;                // Pa, least_constant to max_constant
     double poisson = 0.40;             // least_poisson to max_poisson

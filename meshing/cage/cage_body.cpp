@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "collision/geometry/far_origin.hpp"
-#include "meshing/body/body_check.hpp"
+#include "meshing/body/body.hpp"
 #include "meshing/body/embed.hpp"
 #include "meshing/cage/cage.hpp"
 #include "meshing/tets/order_by_place.hpp"

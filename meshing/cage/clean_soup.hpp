@@ -2,9 +2,27 @@
 
 #include <string>
 
-#include "meshing/surface/soup_report.hpp"
+#include "meshing/surface/mesh.hpp"
 
 namespace nbd {
+
+/// What keeps a triangle soup from bounding a solid. A face may count in several lines.
+struct SoupReport {
+    int vertices = 0, faces = 0;
+    int repeating_faces = 0;  // faces that repeat a vertex
+    int flat_faces = 0;       // other faces without area
+    int duplicate_faces = 0;  // faces with the vertices of an earlier face
+    int open_edges = 0;       // edges of one face
+    int crowded_edges = 0;    // edges of more than two faces
+    int shells = 0;           // parts that share no edge
+};
+
+/// Counts the defects of a surface. Edges and shells are those of the faces that repeat no vertex. Indices
+/// must be in range.
+SoupReport soup_report(const TriMesh& soup);
+
+/// One line: counts, then the defects that there are.
+std::string describe(const SoupReport& report);
 
 /// What clean_soup() found and dropped.
 struct CleanSoupReport {

@@ -10,7 +10,7 @@
 #include <system_error>
 
 #include "collision/base/file_text.hpp"
-#include "meshing/formats/printable.hpp"
+#include "meshing/formats/words.hpp"
 
 namespace nbd {
 namespace {

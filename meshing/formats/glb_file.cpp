@@ -12,7 +12,7 @@
 
 #include "collision/base/file_text.hpp"
 #include "meshing/formats/base64.hpp"
-#include "meshing/formats/printable.hpp"
+#include "meshing/formats/words.hpp"
 
 namespace nbd {
 namespace {

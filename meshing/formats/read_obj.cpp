@@ -1,4 +1,4 @@
-#include "meshing/formats/read_obj.hpp"
+#include "meshing/formats/surface_formats.hpp"
 
 #include <fmt/format.h>
 
@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "meshing/formats/printable.hpp"
+#include "meshing/formats/words.hpp"
 
 namespace nbd {
 namespace {
@@ -54,12 +54,7 @@ std::optional<double> number(std::string_view word) {
 
 /// Index of the vertex in a corner such as 3, 3/1 or -1//2; empty if it is no whole number.
 std::optional<std::int64_t> vertex_index(std::string_view corner) {
-    corner = corner.substr(0, corner.find('/'));
-    if (corner.starts_with('+')) corner.remove_prefix(1);
-    std::int64_t index = 0;
-    const auto [end, error] = std::from_chars(corner.data(), corner.data() + corner.size(), index);
-    if (error != std::errc() || end != corner.data() + corner.size()) return std::nullopt;
-    return index;
+    return number_in<std::int64_t>(corner.substr(0, corner.find('/')));
 }
 
 /// Follows the lines of a file.

@@ -1,15 +1,14 @@
-#include "meshing/formats/read_off.hpp"
+#include "meshing/formats/surface_formats.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <fstream>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 
-#include "meshing/formats/printable.hpp"
+#include "meshing/formats/words.hpp"
 
 namespace nbd {
 namespace {
@@ -65,13 +64,11 @@ class Lines {
  private:
     template <class T>
     T number(std::string_view text) {
-        if (text.starts_with('+')) text.remove_prefix(1);
-        T value{};
-        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-        if (error != std::errc() || end != text.data() + text.size())
+        const auto value = number_in<T>(text);
+        if (!value)
             throw std::runtime_error(
                 fmt::format("OFF: {}: \"{}\" is not a number or is too large", item_, printable(text)));
-        return value;
+        return *value;
     }
 
     std::ifstream file_;

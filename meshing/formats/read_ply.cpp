@@ -1,10 +1,9 @@
-#include "meshing/formats/read_ply.hpp"
+#include "meshing/formats/surface_formats.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <bit>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -15,7 +14,7 @@
 #include <string>
 #include <string_view>
 
-#include "meshing/formats/printable.hpp"
+#include "meshing/formats/words.hpp"
 
 namespace nbd {
 namespace {
@@ -129,11 +128,10 @@ class Numbers {
         const std::size_t begin = data_.find_first_not_of(" \t\r\n");
         if (begin == data_.npos) return false;
         const std::size_t end = std::min(data_.find_first_of(" \t\r\n", begin), data_.size());
-        std::string_view word = data_.substr(begin, end - begin);
-        if (word.starts_with('+')) word.remove_prefix(1);
-        const auto [stop, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-        if (error != std::errc() || stop != word.data() + word.size())
-            fail(fmt::format("PLY: \"{}\" is not a number", printable(word)));
+        const std::string_view word = data_.substr(begin, end - begin);
+        const auto number = number_in<double>(word);
+        if (!number) fail(fmt::format("PLY: \"{}\" is not a number", printable(word)));
+        value = *number;
         data_.remove_prefix(end);
         return true;
     }

@@ -1,4 +1,4 @@
-#include "meshing/formats/read_stl.hpp"
+#include "meshing/formats/surface_formats.hpp"
 
 #include <fmt/format.h>
 
@@ -14,7 +14,7 @@
 #include <string_view>
 
 #include "meshing/formats/file_cursor.hpp"
-#include "meshing/formats/printable.hpp"
+#include "meshing/formats/words.hpp"
 
 namespace nbd {
 namespace {

@@ -5,31 +5,28 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <map>
 #include <stdexcept>
 #include <utility>
 
+#include "collision/base/file_name.hpp"
 #include "meshing/formats/tet_formats.hpp"
 
 namespace nbd {
 namespace {
 
 TetFileContent read_file(const std::filesystem::path& path) {
-    std::string extension = path.extension().string();
-    std::ranges::transform(extension, extension.begin(),
-                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    const auto read = extension == ".msh"    ? read_gmsh
-                      : extension == ".mesh" ? read_medit
-                      : extension == ".vtk"  ? read_vtk
-                      : extension == ".vtu"  ? read_vtu
-                                             : nullptr;
+    const auto read = has_extension(path, ".msh")    ? read_gmsh
+                      : has_extension(path, ".mesh") ? read_medit
+                      : has_extension(path, ".vtk")  ? read_vtk
+                      : has_extension(path, ".vtu")  ? read_vtu
+                                                     : nullptr;
     if (!read)
         throw std::runtime_error(
             fmt::format("{}: tetrahedra are read from .msh, .mesh, .vtk and .vtu, not from '{}'",
-                        path.string(), extension));
+                        path.string(), path.extension().string()));
     FileCursor in(path);
     return read(in);
 }
@@ -47,7 +44,7 @@ int drop_unused_nodes(TetFileContent& content) {
     }
     for (auto& tet : content.tets)
         for (int& node : tet) node = row[node];
-    const int dropped = static_cast<int>(content.nodes.size()) - kept;
+    const int dropped = content.nodes.size() - kept;
     content.nodes.resize(kept);
     return dropped;
 }

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <charconv>
 #include <cstring>
 #include <limits>
 #include <optional>
@@ -13,9 +12,8 @@
 #include <vector>
 
 #include "meshing/formats/base64.hpp"
-#include "meshing/formats/printable.hpp"
-#include "meshing/formats/tet_cells.hpp"
 #include "meshing/formats/tet_formats.hpp"
+#include "meshing/formats/words.hpp"
 #include "meshing/formats/xml_tags.hpp"
 
 namespace nbd {
@@ -77,13 +75,12 @@ class VtuReader {
         std::string_view text = attribute(tag, key);
         text.remove_prefix(std::min(text.find_first_not_of(vtu_white), text.size()));
         text = text.substr(0, text.find_first_of(vtu_white));
-        std::size_t value = 0;
-        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
         constexpr std::size_t most = std::numeric_limits<int>::max();
-        if (error != std::errc() || end != text.data() + text.size() || value > most)
+        const auto value = number_in<std::size_t>(text);
+        if (!value || *value > most)
             fail(tag.begin,
                  fmt::format("{} is '{}'; allowed: a whole number up to {}", key, printable(text), most));
-        return value;
+        return *value;
     }
 
     void read_head(const XmlTag& tag) {
@@ -330,14 +327,12 @@ class VtuReader {
         for (;;) {
             rest.remove_prefix(std::min(rest.find_first_not_of(vtu_white), rest.size()));
             if (rest.empty()) break;
-            std::string_view word = rest.substr(0, rest.find_first_of(vtu_white));
+            const std::string_view word = rest.substr(0, rest.find_first_of(vtu_white));
             rest.remove_prefix(word.size());
-            if (word.starts_with('+')) word.remove_prefix(1);
-            T value{};
-            const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-            if (error != std::errc() || end != word.data() + word.size())
+            const auto value = number_in<T>(word);
+            if (!value)
                 fail(array.tag.begin, fmt::format("{} hold '{}'; allowed: numbers", what, printable(word)));
-            values.push_back(value);
+            values.push_back(*value);
         }
         if (values.size() != wanted)
             fail(array.tag.begin,

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -29,5 +30,16 @@ TetFileContent read_medit(FileCursor& in);
 TetFileContent read_vtk(FileCursor& in);
 /// VTK .vtu, unstructured grid: text, base 64 or raw appended data, plain or packed by zlib; all pieces.
 TetFileContent read_vtu(FileCursor& in);
+
+/// Cells as VTK's formats have them: cell c has the corners from offsets[c] to offsets[c + 1] - 1.
+struct VtkCells {
+    std::vector<std::int64_t> offsets;  // ascending, from 0 to the number of corners
+    std::vector<std::int64_t> corners;  // nodes, counted from that of the piece
+    std::vector<std::int64_t> types;    // one per cell
+};
+
+/// Adds the tetrahedra of the cells, whose corners count from `first_node` on; other_cells counts points,
+/// lines and surface cells. Fails as FileCursor does for other volumes and for corners beyond content.nodes.
+void add_cells(const VtkCells& cells, std::int64_t first_node, const FileCursor& in, TetFileContent& content);
 
 }  // namespace nbd

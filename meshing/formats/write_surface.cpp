@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cctype>
 #include <cmath>
 #include <iterator>
 #include <stdexcept>
 #include <string>
 
+#include "collision/base/file_name.hpp"
 #include "collision/geometry/far_origin.hpp"
 #include "meshing/h5/atomic_file.hpp"
 
@@ -65,14 +65,13 @@ std::string ply_bytes(NodesRef X, FacesRef F, bool is_far) {
 }  // namespace
 
 void write_surface(const std::filesystem::path& path, NodesRef X, FacesRef F) {
-    std::string extension = path.extension().string();
-    std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
-    if (extension != ".obj" && extension != ".ply")
+    const bool is_obj = has_extension(path, ".obj");
+    if (!is_obj && !has_extension(path, ".ply"))
         throw std::runtime_error(
             fmt::format("{}: unknown kind of surface file; allowed: .obj .ply", path.string()));
     const bool is_far = !far_origin(X, F).isZero(0);
     h5::AtomicFile file(path);
-    file.out() << (extension == ".obj" ? obj_text(X, F, is_far) : ply_bytes(X, F, is_far));
+    file.out() << (is_obj ? obj_text(X, F, is_far) : ply_bytes(X, F, is_far));
     file.commit();
 }
 

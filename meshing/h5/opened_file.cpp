@@ -147,7 +147,6 @@ Handle OpenedFile::open_object(const std::string& name) const {
 
 Handle OpenedFile::open_dataset(const std::string& name) const {
     Handle object = open_object(name);
-
     if (H5Iget_type(object.get()) != H5I_DATASET)
         refuse(fmt::format("'{}' is not a dataset", name), "a dataset");
     const Handle creation(H5Dget_create_plist(object.get()));

@@ -5,7 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include "meshing/h5/file_driver.hpp"
 #include "meshing/h5/library.hpp"
 
 // For the .cpp files of this folder: an nbdtree file open for reading.

@@ -92,7 +92,6 @@ void Reader::refuse(const std::string& what, const std::string& allowed) const {
 
 bool Reader::has(const std::string& name) const {
     const LibraryLock lock;
-
     return impl_->file.has(name);
 }
 

@@ -12,19 +12,8 @@ std::size_t size_of(Type type) noexcept {
 }
 
 std::string_view name(Type type) noexcept {
-    switch (type) {
-        case Type::float32:
-            return "float32";
-        case Type::float64:
-            return "float64";
-        case Type::int32:
-            return "int32";
-        case Type::int64:
-            return "int64";
-        case Type::uint64:
-            return "uint64";
-    }
-    return "unknown";
+    static constexpr std::string_view names[] = {"float32", "float64", "int32", "int64", "uint64"};
+    return names[static_cast<int>(type)];
 }
 
 std::string text(const Shape& shape) {

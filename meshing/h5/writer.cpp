@@ -8,7 +8,6 @@
 #include <stdexcept>
 
 #include "collision/base/temporary_files.hpp"
-#include "meshing/h5/file_driver.hpp"
 #include "meshing/h5/library.hpp"
 #include "meshing/h5/version.hpp"
 

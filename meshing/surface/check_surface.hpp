@@ -1,6 +1,7 @@
 #pragma once
 
 #include <stdexcept>
+#include <vector>
 
 #include "meshing/surface/edges.hpp"
 #include "meshing/surface/mesh.hpp"
@@ -20,5 +21,10 @@ struct SurfaceNotClosed : std::invalid_argument {
 /// std::invalid_argument (SurfaceNotClosed for an edge) that names the first such face, edge or vertex
 /// (0-based) and their number.
 EdgeTable check_surface(const TriMesh& mesh);
+
+/// Pairs of faces of a surface that intersect beyond their shared vertices and edges, by exact tests on the
+/// float32 positions. Faces that share an edge intersect if one is folded flat onto the other. Sorted, a < b.
+/// mesh: closed, edge-manifold, consistently oriented, without degenerate faces (see check_surface()).
+std::vector<FacePair> self_intersections(const TriMesh& mesh);
 
 }  // namespace nbd

@@ -32,4 +32,28 @@ struct EdgeTable {
 /// F: non-negative indices, three different ones per face.
 EdgeTable edge_table(FacesRef F);
 
+/// Numbers 0 to count - 1 in disjoint sets. The least number stands for its set.
+class DisjointSets {
+ public:
+    explicit DisjointSets(int count);
+    void join(int a, int b);
+    int root(int number);
+    int count() const noexcept { return count_; }  // of sets
+
+ private:
+    std::vector<int> parent_;
+    int count_;
+};
+
+/// Connected components of a surface.
+struct Components {
+    int count = 0;
+    std::vector<int> of_face;  // [faces] component of each face; components are numbered by their first face
+};
+
+/// Flips faces (swaps their last two corners) until neighbours agree. The first face of each component keeps
+/// its orientation. `table` belongs to F; afterwards its edges stay valid, its half-edge numbers do not.
+/// Throws std::invalid_argument naming two faces if the surface is one-sided.
+Components make_orientations_agree(Faces& F, const EdgeTable& table);
+
 }  // namespace nbd

@@ -1,11 +1,22 @@
 #include "meshing/surface/mesh.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 #include <vector>
 
 namespace nbd {
+
+double area(NodesRef X, FacesRef F) {
+    double sum = 0;
+    for (Eigen::Index f = 0; f < F.rows(); ++f) {
+        const Eigen::RowVector3d a = X.row(F(f, 0));
+        sum += (X.row(F(f, 1)) - a).cross(X.row(F(f, 2)) - a).norm() / 2;
+    }
+    return sum;
+}
 
 Faces boundary_faces(const TetMesh& tets) {
     // The faces of a positively oriented tetrahedron a b c d, counter-clockwise seen from outside.
@@ -32,6 +43,53 @@ Faces boundary_faces(const TetMesh& tets) {
     for (std::size_t i = 0; i < outer.size(); ++i)
         for (int c = 0; c < 3; ++c) F(i, c) = tets.T(outer[i] / 4, corners[outer[i] % 4][c]);
     return F;
+}
+
+int drop_unreferenced(TriMesh& mesh) {
+    std::vector<int> number(mesh.X.rows(), -1);
+    for (int f = 0; f < mesh.F.rows(); ++f)
+        for (int c = 0; c < 3; ++c) number[mesh.F(f, c)] = 0;
+    int kept = 0;
+    for (int v = 0; v < mesh.X.rows(); ++v) {
+        if (number[v] < 0) continue;
+        number[v] = kept;
+        mesh.X.row(kept++) = mesh.X.row(v).eval();
+    }
+    const int dropped = mesh.X.rows() - kept;
+    mesh.X.conservativeResize(kept, 3);
+    for (int f = 0; f < mesh.F.rows(); ++f)
+        for (int c = 0; c < 3; ++c) mesh.F(f, c) = number[mesh.F(f, c)];
+    return dropped;
+}
+
+namespace {
+
+/// squared: lengths of the edges.
+double gap_of_face(std::array<double, 3> squared) {
+    std::ranges::sort(squared);
+    const auto [a, b, c] = squared;
+    if (!(a > 0)) return std::sqrt(c) / 2;
+    if (a + b <= c) {
+        // The farthest point lies on the longest edge, as far from one of its ends as from the obtuse corner.
+        const double at_shorter = a * std::sqrt(c) / (a + c - b), at_longer = b * std::sqrt(c) / (b + c - a);
+        return std::max(at_shorter, at_longer);
+    }
+    const double sixteen_areas = 2 * (a * b + b * c + c * a) - (a * a + b * b + c * c);  // squared
+    const double most = c / 3;  // of acute faces; what rounding leaves of a sliver's area may be anything
+    return std::sqrt(sixteen_areas > 0 ? std::min(a * b * c / sixteen_areas, most) : most);
+}
+
+}  // namespace
+
+double vertex_gap(const TriMesh& mesh) {
+    double largest = 0;
+    for (Eigen::Index f = 0; f < mesh.F.rows(); ++f) {
+        const auto edge = [&](int i, int j) {
+            return (mesh.X.row(mesh.F(f, i)) - mesh.X.row(mesh.F(f, j))).squaredNorm();
+        };
+        largest = std::max(largest, gap_of_face({edge(0, 1), edge(1, 2), edge(2, 0)}));
+    }
+    return largest;
 }
 
 }  // namespace nbd

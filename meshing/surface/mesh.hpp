@@ -13,8 +13,26 @@ struct TriMesh {
     Faces F;  // [m, 3]
 };
 
+/// Whether two corners of a face are the same vertex.
+inline bool repeats_vertex(const Faces& F, Eigen::Index f) noexcept {
+    return F(f, 0) == F(f, 1) || F(f, 1) == F(f, 2) || F(f, 2) == F(f, 0);
+}
+
+/// Sum of the areas of triangles, m2. F: rows of X.
+double area(NodesRef X, FacesRef F);
+
 /// Faces of exactly one tetrahedron, oriented outward, sorted by (tet, local face). [b, 3] indices into
 /// tets.X.
 Faces boundary_faces(const TetMesh& tets);
+
+/// Drops vertices that no face uses and returns their number; the others keep their order. Indices must be
+/// in range.
+int drop_unreferenced(TriMesh& mesh);
+
+/// The largest distance of a point of a face from the nearest vertex of the face, metres; 0 without faces. A
+/// ball of at least this radius whose centre passes through a face holds one of its vertices on the way.
+/// In a face without an obtuse angle it is the radius of the circle around it: half the longest edge with a
+/// right angle, and the longest edge divided by sqrt(3), the most of all shapes, if all edges are equal.
+double vertex_gap(const TriMesh& mesh);
 
 }  // namespace nbd

@@ -3,20 +3,74 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <numeric>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include "meshing/surface/check_surface.hpp"
 #include "meshing/surface/counted.hpp"
-#include "meshing/surface/drop_unreferenced.hpp"
-#include "meshing/surface/orient.hpp"
-#include "meshing/surface/self_intersections.hpp"
-#include "meshing/surface/turn_outward.hpp"
-#include "meshing/surface/winding.hpp"
+#include "meshing/surface/edges.hpp"
+#include "meshing/surface/mesh.hpp"
 
 namespace nbd {
+namespace {
+
+/// The edges of a surface of which each has two faces; empty for other surfaces.
+std::optional<EdgeTable> closed_edges(const Faces& F) {
+    for (Eigen::Index f = 0; f < F.rows(); ++f)
+        if (repeats_vertex(F, f)) return {};
+    EdgeTable table = edge_table(F);
+    for (const EdgeTable::Edge& edge : table.edges)
+        if (edge.end - edge.begin != 2) return {};
+    return table;
+}
+
+/// One vertex of each part of a surface.
+std::vector<int> vertex_of_each_part(const TriMesh& mesh) {
+    DisjointSets parts(mesh.X.rows());
+    for (Eigen::Index f = 0; f < mesh.F.rows(); ++f)
+        for (int c = 1; c < 3; ++c) parts.join(mesh.F(f, c), mesh.F(f, 0));
+    std::vector<int> vertices;
+    for (Eigen::Index f = 0; f < mesh.F.rows(); ++f) vertices.push_back(parts.root(mesh.F(f, 0)));
+    std::ranges::sort(vertices);
+    vertices.erase(std::ranges::unique(vertices).begin(), vertices.end());
+    return vertices;
+}
+
+}  // namespace
+
+double winding_number(const TriMesh& mesh, std::span<const int> faces, const Eigen::RowVector3d& point) {
+    double angle = 0;
+    for (const int f : faces) {
+        const Eigen::RowVector3d a = mesh.X.row(mesh.F(f, 0)) - point, b = mesh.X.row(mesh.F(f, 1)) - point,
+                                 c = mesh.X.row(mesh.F(f, 2)) - point;
+        const double la = a.norm(), lb = b.norm(), lc = c.norm();
+        angle +=
+            2 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+    }
+    return angle / (4 * std::numbers::pi);
+}
+
+Containment containment(const TriMesh& inner, const TriMesh& outer) {
+    if (!closed_edges(outer.F)) return Containment::none;
+    Eigen::AlignedBox3d box;
+    for (Eigen::Index v = 0; v < outer.X.rows(); ++v) box.extend(outer.X.row(v).transpose());
+    std::vector<int> faces(outer.F.rows());
+    std::iota(faces.begin(), faces.end(), 0);
+    const std::vector<int> vertices = vertex_of_each_part(inner);
+    const auto inside = std::ranges::count_if(vertices, [&](int v) {
+        return box.contains(inner.X.row(v).transpose()) &&
+               std::abs(winding_number(outer, faces, inner.X.row(v))) > 0.5;
+    });
+    if (inside == 0) return Containment::none;
+    return inside == std::ssize(vertices) ? Containment::whole : Containment::some_parts;
+}
+
 namespace {
 
 struct Component {
@@ -76,15 +130,6 @@ void turn_components(TriMesh& mesh, std::vector<Component>& components) {
     }
 }
 
-double area(const TriMesh& mesh) {
-    double sum = 0;
-    for (int f = 0; f < mesh.F.rows(); ++f) {
-        const Eigen::RowVector3d a = mesh.X.row(mesh.F(f, 0));
-        sum += (mesh.X.row(mesh.F(f, 1)) - a).cross(mesh.X.row(mesh.F(f, 2)) - a).norm() / 2;
-    }
-    return sum;
-}
-
 }  // namespace
 
 std::string describe(const SurfaceReport& r) {
@@ -105,14 +150,10 @@ std::string describe(const SurfaceReport& r) {
 }
 
 int turn_outward(TriMesh& mesh) {
-    for (Eigen::Index f = 0; f < mesh.F.rows(); ++f)
-        if (mesh.F(f, 0) == mesh.F(f, 1) || mesh.F(f, 1) == mesh.F(f, 2) || mesh.F(f, 2) == mesh.F(f, 0))
-            return 0;
-    const EdgeTable table = edge_table(mesh.F);
-    for (const EdgeTable::Edge& edge : table.edges)
-        if (edge.end - edge.begin != 2) return 0;
+    const std::optional<EdgeTable> table = closed_edges(mesh.F);
+    if (!table) return 0;
     const Faces given = mesh.F;
-    std::vector<Component> components = gather(mesh, make_orientations_agree(mesh.F, table));
+    std::vector<Component> components = gather(mesh, make_orientations_agree(mesh.F, *table));
     find_depths(mesh, components);
     turn_components(mesh, components);
     return (mesh.F.array() != given.array()).rowwise().any().count();
@@ -152,7 +193,7 @@ SolidBoundary make_solid_boundary(TriMesh mesh, const SolidBoundaryConfig& confi
                         "body must be one shell",
                         components.size(), counted(report.shells, "shell", "shells"),
                         counted(report.cavities, "cavity", "cavities"), components[1].faces.front()));
-    report.area = area(mesh);
+    report.area = area(mesh.X, mesh.F);
     for (int f = 0; f < mesh.F.rows(); ++f) report.turned_faces += mesh.F.row(f) != given.row(f);
     return {std::move(mesh), report};
 }

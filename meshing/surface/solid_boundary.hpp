@@ -1,11 +1,23 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 
 #include "meshing/surface/mesh.hpp"
 
 namespace nbd {
+
+/// How often the surface winds around a point: near 1 or -1 within a closed one, near 0 outside. faces: those
+/// of mesh.F that count. The point must not lie on them.
+double winding_number(const TriMesh& mesh, std::span<const int> faces, const Eigen::RowVector3d& point);
+
+/// Which part of a surface lies within another one that it does not meet.
+enum class Containment { none, some_parts, whole };
+
+/// Whether `inner` lies within `outer`, part by part (a part: faces connected by vertices). None if `outer`
+/// has open edges or edges of more than two faces, as it has no inside. Surfaces that meet: not defined.
+Containment containment(const TriMesh& inner, const TriMesh& outer);
 
 /// Deviations to allow from one closed shell free of self-intersections.
 struct SolidBoundaryConfig {
@@ -41,5 +53,11 @@ struct SolidBoundary {
 /// does, for a one-sided surface or a component without volume, and, unless allowed, for self-intersection
 /// (naming the first pair of faces) or several components.
 SolidBoundary make_solid_boundary(TriMesh mesh, const SolidBoundaryConfig& config = {});
+
+/// Makes the faces of a closed surface agree and turns its parts outward: those in a hollow of others into
+/// it. Returns how many faces it turned. Leaves a surface alone that has open edges or edges of more than two
+/// faces. Throws std::invalid_argument naming two faces if the surface is one-sided. mesh: finite, indices in
+/// range.
+int turn_outward(TriMesh& mesh);
 
 }  // namespace nbd

@@ -20,4 +20,8 @@ struct Subdivision {
 /// std::invalid_argument for other levels and for a mesh that check_surface() rejects.
 Subdivision subdivide(const TriMesh& coarse, SubdivisionScheme scheme, int levels);
 
+/// Halves the longest edge of a surface, and its faces, until there are `vertices` vertices. The shape stays
+/// the same; old vertices keep their numbers. surface: closed, edge-manifold, consistently oriented.
+TriMesh divide_longest_edges(const TriMesh& surface, int vertices);
+
 }  // namespace nbd

@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <tuple>
 
-#include "meshing/body/body_check.hpp"
+#include "meshing/body/body.hpp"
 #include "meshing/parallel/parallel_for.hpp"
 #include "sim/materials/polar.hpp"
 

@@ -10,7 +10,7 @@
 
 #include "meshing/body/body_hints.hpp"
 #include "meshing/surface/counted.hpp"
-#include "meshing/surface/vertex_gap.hpp"
+#include "meshing/surface/mesh.hpp"
 #include "sim/contact/rest_gaps.hpp"
 #include "sim/contact/self_contact.hpp"
 #include "sim/scene/build_world.hpp"

@@ -11,7 +11,7 @@
 
 #include "collision/base/notice.hpp"
 #include "meshing/formats/read_surface.hpp"
-#include "meshing/surface/turn_outward.hpp"
+#include "meshing/surface/solid_boundary.hpp"
 #include "sim/scene/local_scene.hpp"
 #include "sim/world/hang_on_body.hpp"
 

@@ -9,7 +9,7 @@
 
 #include "collision/base/file_name.hpp"
 #include "collision/base/file_text.hpp"
-#include "meshing/body/constant_range.hpp"
+#include "meshing/body/material.hpp"
 
 namespace nbd {
 namespace {

@@ -8,13 +8,12 @@
 #include <limits>
 #include <random>
 
-#include "meshing/cage/body_inside.hpp"
+#include "meshing/body/make_body.hpp"
 #include "meshing/cage/cage_body.hpp"
-#include "meshing/cage/divide_edges.hpp"
 #include "meshing/formats/read_surface.hpp"
 #include "meshing/surface/check_surface.hpp"
-#include "meshing/surface/self_intersections.hpp"
 #include "meshing/surface/solid_boundary.hpp"
+#include "meshing/surface/subdivide.hpp"
 #include "meshing/tets/tet_quality.hpp"
 #include "tests/meshing/shapes.hpp"
 #include "tests/support/error_of.hpp"

@@ -1,4 +1,4 @@
-#include "meshing/formats/face_count.hpp"
+#include "meshing/formats/read_surface.hpp"
 
 #include <fstream>
 

@@ -1,4 +1,4 @@
-#include "meshing/formats/read_glb.hpp"
+#include "meshing/formats/surface_formats.hpp"
 
 #include <gtest/gtest.h>
 

@@ -11,7 +11,7 @@
 
 #include "collision/geometry/triangle_triangle.hpp"
 #include "meshing/formats/read_surface.hpp"
-#include "meshing/surface/self_intersections.hpp"
+#include "meshing/surface/check_surface.hpp"
 #include "tests/meshing/shapes.hpp"
 #include "tests/meshing/surface_files.hpp"
 #include "tests/support/error_of.hpp"

@@ -1,4 +1,4 @@
-#include "meshing/polygons/triangulate_polygon.hpp"
+#include "meshing/formats/surface_formats.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,7 @@
-#include "meshing/surface/turn_outward.hpp"
 
 #include <gtest/gtest.h>
 
-#include "meshing/surface/winding.hpp"
+#include "meshing/surface/solid_boundary.hpp"
 #include "tests/meshing/shapes.hpp"
 
 namespace nbd {

@@ -1,4 +1,4 @@
-#include "meshing/surface/vertex_gap.hpp"
+#include "meshing/surface/mesh.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "meshing/surface/weld_within.hpp"
+#include "meshing/surface/weld.hpp"
 
 #include <gtest/gtest.h>
 

@@ -12,7 +12,6 @@
 #include "apps/python/bindings/scheme.hpp"
 #include "collision/base/notice.hpp"
 #include "meshing/body/body.hpp"
-#include "meshing/body/body_check.hpp"
 #include "meshing/body/body_hints.hpp"
 #include "meshing/body/make_body.hpp"
 #include "sim/fem/modes.hpp"
