@@ -222,7 +222,7 @@ class Draw {
         double close = draw(random_, ranges.close) * std::min(ranges_.strength, 1.0);
         std::vector<int> tips;
         Eigen::VectorXd apart = x_.rowwise().norm();  // from the middle and from the tips
-        for (Eigen::Index tip = 0; static_cast<long>(tips.size()) < wanted; tips.push_back(tip)) {
+        for (Eigen::Index tip = 0; std::ssize(tips) < wanted; tips.push_back(tip)) {
             const double distance = apart.maxCoeff(&tip);
             if (distance < 3 * radius) break;
             // A limb that bends by an angle brings its tip nearer by about a sixth of the angle's square.
@@ -322,7 +322,7 @@ NaturalScales natural_scales(const Body& body, const LocalThickness& thickness) 
     for (Eigen::Index i = 0; i < samples; ++i)
         if (const double d = thickness.at(X.row(i * X.rows() / samples), radius); d > 0) thin.push_back(d);
     if (thin.empty()) return scales;
-    const auto quarter = thin.begin() + static_cast<std::ptrdiff_t>(thin.size() / 4);
+    const auto quarter = thin.begin() + thin.size() / 4;
     std::ranges::nth_element(thin, quarter);
     scales.sturdiness = std::clamp(*quarter / (stocky * scales.length), least_sturdiness, 1.0);
     return scales;

@@ -29,7 +29,7 @@ BlockPattern::BlockPattern(std::vector<std::vector<int>> rows) : offset_{0} {
 int BlockPattern::find(int i, int j) const noexcept {
     const auto row = neighbours(i);
     const auto it = std::lower_bound(row.begin(), row.end(), j);
-    return it != row.end() && *it == j ? offset_[i] + static_cast<int>(it - row.begin()) : -1;
+    return it != row.end() && *it == j ? offset_[i] + (it - row.begin()) : -1;
 }
 
 SparseMatrix BlockPattern::zero_matrix() const {
@@ -43,7 +43,7 @@ SparseMatrix BlockPattern::zero_matrix() const {
         for (int c = 0; c < 3; ++c) {
             for (int j : neighbours(i))
                 for (int r = 0; r < 3; ++r) *row++ = 3 * j + r;
-            column[1] = column[0] + static_cast<int>(column_height(i));
+            column[1] = column[0] + column_height(i);
             ++column;
         }
     std::fill(A.valuePtr(), A.valuePtr() + A.nonZeros(), 0.0);
@@ -65,8 +65,8 @@ Eigen::Vector3d BlockPattern::multiply_row(const SparseMatrix& A, int i, const d
         for (const int j : part) end = std::copy_n(v + 3 * j, 3, end);
         const Eigen::Map<const Eigen::VectorXd> gathered(near, end - near);
         for (int c = 0; c < 3; ++c)
-            sum[c] += gathered.dot(Eigen::Map<const Eigen::VectorXd>(
-                values + c * height + 3 * static_cast<Eigen::Index>(begin), end - near));
+            sum[c] +=
+                gathered.dot(Eigen::Map<const Eigen::VectorXd>(values + c * height + 3 * begin, end - near));
     }
     return sum;
 }

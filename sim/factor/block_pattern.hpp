@@ -28,7 +28,7 @@ class BlockPattern {
 
     bool operator==(const BlockPattern&) const = default;
 
-    int node_count() const noexcept { return static_cast<int>(offset_.size()) - 1; }
+    int node_count() const noexcept { return offset_.size() - 1; }
     int block_count() const noexcept { return neighbour_.size(); }
 
     /// Nodes j with a block (i, j), including i; ascending.

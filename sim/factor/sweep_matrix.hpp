@@ -7,10 +7,34 @@
 #include <utility>
 #include <vector>
 
-#include "sim/factor/lane_vector.hpp"
-#include "sim/factor/sweep_order.hpp"
+#include "sim/factor/lane_blocks.hpp"
 
 namespace nbd {
+
+/// Consecutive rows begin .. end - 1.
+struct RowRange {
+    int begin, end;
+};
+
+/// An order of the rows of a symmetric sparse matrix for Gauss-Seidel sweeps: parts of consecutive rows, with
+/// colours such that parts of the same colour are not coupled. Colours follow one another, as do the rows of
+/// a part; the parts of a colour may be swept at once, with the same result [Adams01].
+struct SweepOrder {
+    /// offset, column: the pattern by rows, symmetric and with the full diagonal; the columns of a row
+    /// ascend.
+    SweepOrder(std::span<const int> offset, std::span<const int> column, int rows_per_part);
+
+    int rows() const noexcept { return earlier.size() - 1; }
+
+    std::vector<std::vector<RowRange>> colours;  // parts of each colour
+    std::vector<int> offset;                     // that of the pattern
+    /// Columns off the diagonal: those of all rows that are swept before the row, by their turn, then those
+    /// of all rows that are swept after it, the last turn first. So a sweep reads one half of the matrix
+    /// after the other, and of each row last what it has just computed.
+    std::vector<int> column;
+    std::vector<int> earlier, later;  // [rows + 1] ranges of `column`
+    std::vector<int> place;           // for each entry of the pattern, its place among `column`; -1: diagonal
+};
 
 /// The blocks off the diagonal of a symmetric sparse matrix of square blocks, stored in the order of
 /// Gauss-Seidel sweeps. Blocks: FloatBlocks or ScaledBlocks.
@@ -55,8 +79,8 @@ class SweepMatrix {
         std::size_t begin, end;
     };
     static Range range(const std::vector<int>& first, int row) noexcept {
-        const std::size_t i = row;
-        return {static_cast<std::size_t>(first[i]), static_cast<std::size_t>(first[i + 1])};
+        const std::size_t begin = first[row], end = first[row + 1];
+        return {begin, end};
     }
     std::size_t slot(int row, std::size_t k) const noexcept {
         const std::size_t first = order_->offset[row];

@@ -78,8 +78,8 @@ std::vector<double> ElasticBody::set_materials(const std::vector<MaterialRegion>
 void ElasticBody::measure_rest() {
     const int padded = (element_count() + lanes - 1) / lanes * lanes;
     volume_.resize(element_count());
-    gradient_.resize(static_cast<std::size_t>(padded / lanes));
-    corner_weight_.resize(4 * static_cast<std::size_t>(element_count()));
+    gradient_.resize(padded / lanes);
+    corner_weight_.resize(4UL * element_count());
     for (int p = 0; p < padded; ++p) {
         const int t = std::min(p, element_count() - 1);
         Eigen::Matrix3d D;  // edge vectors from the first corner, as columns
@@ -91,7 +91,7 @@ void ElasticBody::measure_rest() {
         const Eigen::Matrix3d gradient = D.inverse().transpose();
         if (!gradient.allFinite())
             throw std::invalid_argument(fmt::format("tetrahedron {} is flat to rounding", t));
-        gradient_[static_cast<std::size_t>(p / lanes)].set_lane(p % lanes, gradient);
+        gradient_[p / lanes].set_lane(p % lanes, gradient);
         for (int a = 0; a < 4; ++a) {
             const Eigen::Vector3d g =
                 a > 0 ? Eigen::Vector3d(gradient.col(a - 1)) : -gradient.rowwise().sum();
@@ -138,7 +138,7 @@ void ElasticBody::list_incidences() {
 
 /// The rest gradient of a corner's shape function, 1/m.
 Eigen::Vector3d ElasticBody::shape_gradient(int tet, int corner) const {
-    const Eigen::Matrix3d gradient = gradient_[static_cast<std::size_t>(tet / lanes)].lane(tet % lanes);
+    const Eigen::Matrix3d gradient = gradient_[tet / lanes].lane(tet % lanes);
     return corner > 0 ? Eigen::Vector3d(gradient.col(corner - 1)) : -gradient.rowwise().sum();
 }
 
@@ -154,7 +154,7 @@ void ElasticBody::build_mass(MassKind kind, const std::vector<double>& density) 
     node_mass_ = Eigen::VectorXd::Zero(node_count());
     for (int i = 0; i < node_count(); ++i)
         for (int s = corner_offset_[i]; s < corner_offset_[i + 1]; ++s)
-            node_mass_[i] += density[static_cast<std::size_t>(corner_[s] / 4)] * volume_[corner_[s] / 4] / 4;
+            node_mass_[i] += density[corner_[s] / 4] * volume_[corner_[s] / 4] / 4;
     if (kind == MassKind::lumped) return;
     // The integral of two shape functions over a tetrahedron is a 20th of its volume, that of a square a
     // 10th.
@@ -188,7 +188,7 @@ SparseMatrix ElasticBody::rest_stiffness() const {
     for (int t = 0; t < element_count(); ++t) {
         const auto& [law, mu, lambda] = moduli(t);  // all laws agree at rest
         Eigen::Matrix<double, 3, 4> g;
-        g.rightCols<3>() = gradient_[static_cast<std::size_t>(t / lanes)].lane(t % lanes);
+        g.rightCols<3>() = gradient_[t / lanes].lane(t % lanes);
         g.col(0) = -g.rightCols<3>().rowwise().sum();
         for (int a = 0; a < 4; ++a)
             for (int b = 0; b < 4; ++b) {
@@ -210,7 +210,7 @@ void ElasticBody::sum_forces(const ElementForces& forces, Eigen::Ref<Nodes> out)
     parallel_for(node_count(), [&](int i) {
         Eigen::Vector3d sum = Eigen::Vector3d::Zero();
         for (int s = corner_offset_[i]; s < corner_offset_[i + 1]; ++s)
-            sum += forces[static_cast<std::size_t>(corner_[s] / 4)] * weights[corner_[s] % 4];
+            sum += forces[corner_[s] / 4] * weights[corner_[s] % 4];
         out.row(i) = sum.transpose();
     });
 }
@@ -269,7 +269,7 @@ void ElasticBody::combine(double mass_scale, double stiffness_scale, const Eleme
         return fill(mass_scale, A, [&](std::span<const CornerPair> pairs, float mass) {
             Eigen::Matrix3f sum = Eigen::Matrix3f::Zero();
             for (const CornerPair& pair : pairs) {
-                const TetBlocks& blocks = pose.blocks[static_cast<std::size_t>(pair.at / 16)];
+                const TetBlocks& blocks = pose.blocks[pair.at / 16];
                 const int a = pair.at / 4 % 4, b = pair.at % 4;
                 if (a < b)
                     sum += blocks[pair_of_corners(a, b)];
@@ -286,8 +286,7 @@ void ElasticBody::combine(double mass_scale, double stiffness_scale, const Eleme
     if (pose.rates.empty())
         return fill(mass_scale, A, [&](std::span<const CornerPair> pairs, float mass) {
             OuterSum sum;
-            for (const CornerPair& pair : pairs)
-                sum.add(pose.S[static_cast<std::size_t>(pair.at / 16)], pair.at / 4 % 4, pair.at % 4);
+            for (const CornerPair& pair : pairs) sum.add(pose.S[pair.at / 16], pair.at / 4 % 4, pair.at % 4);
             Eigen::Matrix3f value = sum.block(lambda, mu);
             value.diagonal().array() += mu * sum.trace() + mass;
             return value;
@@ -297,7 +296,7 @@ void ElasticBody::combine(double mass_scale, double stiffness_scale, const Eleme
         float along = 0;
         Eigen::Vector4f diagonal = Eigen::Vector4f::Zero(), off = Eigen::Vector4f::Zero();
         for (const CornerPair& pair : pairs) {
-            const auto tet = static_cast<std::size_t>(pair.at / 16);
+            const int tet = pair.at / 16;
             const int a = pair.at / 4 % 4, b = pair.at % 4;
             const RateColumns& rates = pose.rates[tet];
             sum.add(pose.S[tet], a, b);
@@ -346,7 +345,7 @@ void ElasticBody::node_rotations(const ElementPose& pose, std::vector<Eigen::Mat
     parallel_for(node_count(), [&](int i) {
         Eigen::Matrix3f sum = Eigen::Matrix3f::Zero();
         for (int s = corner_offset_[i]; s < corner_offset_[i + 1]; ++s)
-            sum += corner_weight_[corner_[s]] * of_tets[static_cast<std::size_t>(corner_[s] / 4)];
+            sum += corner_weight_[corner_[s]] * of_tets[corner_[s] / 4];
         rotations[i] = sum;
     });
 }

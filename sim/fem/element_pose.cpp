@@ -48,8 +48,7 @@ void append(ElementReport& all, const ElementReport& later) {
 }  // namespace
 
 Eigen::Matrix3d ElasticBody::deformation_gradient(NodesRef x, int tet) const {
-    return edges(x, rest_.T, tet) *
-           gradient_[static_cast<std::size_t>(tet / lanes)].lane(tet % lanes).transpose();
+    return edges(x, rest_.T, tet) * gradient_[tet / lanes].lane(tet % lanes).transpose();
 }
 
 /// The deformation gradients of a batch; the last batch repeats its last tetrahedron.
@@ -65,8 +64,7 @@ void ElasticBody::gradients(NodesRef x, int batch, LaneMatrix3& F) const {
 ElementReport ElasticBody::measure(NodesRef x) const {
     constexpr int batches_per_task = 64;
     const int batches = gradient_.size();
-    std::vector<ElementReport> parts(
-        static_cast<std::size_t>((batches + batches_per_task - 1) / batches_per_task));
+    std::vector<ElementReport> parts((batches + batches_per_task - 1) / batches_per_task);
     parallel_for(
         parts.size(),
         [&](int task) {

@@ -51,4 +51,10 @@ void add_motion(const ElasticBody& body, const RigidVector& motion, BodyState& s
                                                      turn[0] * r(i, 1) - turn[1] * r(i, 0));
 }
 
+double kinetic_energy(const ElasticBody& body, NodesRef v) {
+    Nodes p(v.rows(), 3);
+    body.mass_product(v, p);
+    return 0.5 * p.cwiseProduct(v).sum();
+}
+
 }  // namespace nbd

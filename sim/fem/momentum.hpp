@@ -2,8 +2,8 @@
 
 #include <Eigen/Core>
 
-#include "sim/fem/body_state.hpp"
 #include "sim/fem/elastic_body.hpp"
+#include "sim/fem/time_step.hpp"
 
 namespace nbd {
 
@@ -27,5 +27,8 @@ RigidMatrix rigid_inertia(const ElasticBody& body, NodesRef x);
 
 /// Adds a rigid motion to the velocities. motion: m/s, and rad/s about the centre of mass.
 void add_motion(const ElasticBody& body, const RigidVector& motion, BodyState& state);
+
+/// Kinetic energy of the node velocities v, [N, 3] m/s, in joules.
+double kinetic_energy(const ElasticBody& body, NodesRef v);
 
 }  // namespace nbd

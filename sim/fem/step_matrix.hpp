@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "sim/factor/block_pattern.hpp"
-#include "sim/factor/float_blocks.hpp"
+#include "sim/factor/lane_blocks.hpp"
 #include "sim/factor/sweep_matrix.hpp"
 
 namespace nbd {

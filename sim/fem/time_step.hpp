@@ -1,8 +1,13 @@
 #pragma once
 
-#include "sim/fem/body_state.hpp"
+#include "meshing/surface/mesh.hpp"
 
 namespace nbd {
+
+/// Positions and velocities of a body's nodes, both [N, 3], m and m/s.
+struct BodyState {
+    Nodes x, v;
+};
 
 /// One step in time from a start (x*, v*), with w as its unknown: the body ends at x* + dt w with velocities
 /// c w, where c is velocity_factor. Both rules solve M (c w - v*) = (dt / c) f(x* + dt w):

@@ -3,7 +3,7 @@
 #include <array>
 
 #include "meshing/body/body.hpp"
-#include "sim/materials/principal_stretches.hpp"
+#include "sim/materials/polar.hpp"
 
 namespace nbd {
 

@@ -64,7 +64,7 @@ void CoarsestSolve::analyze() {
     is_analyzed_ = false;
     std::vector<std::vector<int>> nodes(2 * rows());
     for (int i = 0; i < 2 * rows(); ++i)
-        for (const int column : rows_[static_cast<std::size_t>(i / 2)].columns)
+        for (const int column : rows_[i / 2].columns)
             for (const int j : {2 * column, 2 * column + 1})
                 if (j >= i) nodes[i].push_back(j);
     pattern_ = BlockPattern(std::move(nodes));
@@ -76,7 +76,7 @@ void CoarsestSolve::analyze() {
 /// Copies the sum to the matrix of the factor.
 void CoarsestSolve::fill() {
     for (int i = 0; i < 2 * rows(); ++i) {
-        const Row& row = rows_[static_cast<std::size_t>(i / 2)];
+        const Row& row = rows_[i / 2];
         for (std::size_t k = 0; k < row.columns.size(); ++k)
             for (int c = 0; c < 2; ++c)
                 if (const int j = 2 * row.columns[k] + c; j >= i)

@@ -6,7 +6,7 @@
 
 #include "sim/factor/cholesky.hpp"
 #include "sim/multilevel/block_sparse.hpp"
-#include "sim/multilevel/coupling_matrix.hpp"
+#include "sim/multilevel/coupling_sum.hpp"
 
 namespace nbd {
 

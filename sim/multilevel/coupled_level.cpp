@@ -51,7 +51,7 @@ void CoupledLevel<B>::begin(std::vector<const LevelMatrix<B>*> matrices, std::ve
 
 template <int B>
 std::size_t CoupledLevel<B>::body_of(int row) const noexcept {
-    return static_cast<std::size_t>(std::ranges::upper_bound(first_, row) - first_.begin()) - 1;
+    return std::ranges::upper_bound(first_, row) - first_.begin() - 1;
 }
 
 template <int B>
@@ -72,7 +72,7 @@ void CoupledLevel<B>::set_couplings(const CouplingMatrix<B>& couplings) {
             const std::size_t at = k, row = coupled_[at];
             const std::size_t body = body_of(coupled_[at]);
             const Eigen::Matrix<double, B, B> block =
-                diagonals_[body][row - static_cast<std::size_t>(first_[body])] + couplings.damping[at];
+                diagonals_[body][row - first_[body]] + couplings.damping[at];
             uncoupled_[at] = inverses_[row];
             damping_[at] = couplings.damping[at].template cast<float>();
             inverses_[row] = block.inverse().template cast<float>();
@@ -86,9 +86,7 @@ void CoupledLevel<B>::subtract_couplings(const float* from, float* to) const {
         coupled_.size(),
         [&](int k) {
             const std::size_t at = k, first = coupling_offset_[at];
-            const auto columns =
-                std::span(coupling_column_)
-                    .subspan(first, static_cast<std::size_t>(coupling_offset_[at + 1]) - first);
+            const auto columns = std::span(coupling_column_).subspan(first, coupling_offset_[at + 1] - first);
             At<B>(to + B * coupled_[at]) -= column<B>(coupling_blocks_.row_product(first, columns, from));
         },
         64);

@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "sim/factor/float_blocks.hpp"
-#include "sim/multilevel/coupling_matrix.hpp"
-#include "sim/multilevel/level_matrix.hpp"
+#include "sim/factor/lane_blocks.hpp"
+#include "sim/multilevel/block_sparse.hpp"
+#include "sim/multilevel/coupling_sum.hpp"
 
 namespace nbd {
 

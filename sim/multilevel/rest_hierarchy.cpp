@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/multilevel/rigid_modes.hpp"
+#include "sim/multilevel/aggregates.hpp"
 
 namespace nbd {
 namespace {
@@ -103,7 +103,7 @@ BlockSparse<B, 6> smoothed(const BlockSparse<B, B>& A, const std::vector<Square<
     for (int i = 0; i < result.rows(); ++i) {
         const auto row = result.columns_of(i), own = P.columns_of(i);
         for (std::size_t k = 0; k < row.size(); ++k) {
-            auto& block = result.blocks[static_cast<std::size_t>(result.offset[i]) + k];
+            auto& block = result.blocks[result.offset[i] + k];
             block = (-4.0 / 3 / bound) * (inverse[i] * block).eval();
             if (!own.empty() && own[0] == row[k]) block += P.block(i, 0);
         }
@@ -189,7 +189,7 @@ RestHierarchy::RestHierarchy(const ElasticBody& body, double mass_scale, double 
 std::size_t RestHierarchy::depth(int aggregates) const {
     const auto few = [&](const RestLevel& level) { return level.A.rows() <= aggregates; };
     const auto found = std::ranges::find_if(levels, few);
-    return std::min(static_cast<std::size_t>(found - levels.begin()) + 1, levels.size());
+    return std::min<std::size_t>(found - levels.begin() + 1, levels.size());
 }
 
 std::shared_ptr<const RestHierarchy> RestHierarchies::get(const ElasticBody& body, double mass_scale,

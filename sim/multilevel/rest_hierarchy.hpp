@@ -8,8 +8,7 @@
 #include <vector>
 
 #include "sim/fem/elastic_body.hpp"
-#include "sim/multilevel/level_matrix.hpp"
-#include "sim/multilevel/transfer_matrix.hpp"
+#include "sim/multilevel/block_sparse.hpp"
 
 namespace nbd {
 

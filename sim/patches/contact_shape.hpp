@@ -1,13 +1,54 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
 #include <vector>
 
+#include "collision/wide_tree/wide_tree.hpp"
 #include "meshing/surface/mesh.hpp"
-#include "sim/patches/contact_patches.hpp"
 #include "sim/patches/surface_normals.hpp"
 
 namespace nbd {
+
+/// A list for each of some things, one after the other in memory.
+struct IndexLists {
+    std::vector<int> begin{0};  // [lists + 1]
+    std::vector<int> items;
+
+    std::span<const int> operator[](int list) const noexcept {
+        const std::size_t l = list;
+        return std::span(items).subspan(begin[l], begin[l + 1] - begin[l]);
+    }
+    /// Ends the list that items were appended to.
+    void end_list() { begin.push_back(items.size()); }
+};
+
+/// Compact parts of a surface: the leaves of a wide tree, at most sixteen faces each. A patch owns the
+/// vertices and edges whose owner is among its faces, see SurfaceTopology, so each belongs to one patch.
+struct ContactPatches {
+    static constexpr int width = tree_width;
+    static constexpr int max_edges = 3 * width;
+
+    IndexLists faces, vertices, edges;  // of each patch; some patches have none
+    std::vector<int> of_face;           // [m] patch of each face
+
+    ContactPatches(const WideTree& tree, const SurfaceTopology& topology);
+    int count() const noexcept { return faces.begin.size() - 1; }
+};
+
+/// Vertices that make contact with other bodies for all, where a surface is much finer than the nodes that
+/// carry it. Surfaces of fewer than 12 vertices for each of these nodes keep all. Of others, the vertices in
+/// a cell of a grid over the rest pose that face one way keep three: the one that stands out most, then those
+/// that are farthest from the ones kept. A cell is as wide as a square of the area of sixteen vertices, or of
+/// a quarter of those for each node if that is more.
+struct ContactSamples {
+    std::vector<bool> kept;  // [n]
+    Eigen::VectorXd areas;   // [n] m2: of the vertices that each one stands for; 0 unless kept
+};
+
+/// rest: positions at rest, [n, 3]. rest_areas: [n] m2. carriers: number of nodes that carry the surface.
+ContactSamples contact_samples(const Faces& F, const Nodes& rest, const Eigen::VectorXd& rest_areas,
+                               int carriers);
 
 /// What stays as it is while a contact surface moves. Bodies of one shape share it.
 struct ContactShape {

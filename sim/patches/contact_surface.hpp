@@ -68,7 +68,7 @@ class ContactSurface {
     }
     Ball ball() const noexcept;  // of the positions of the whole surface
     /// Blocks of sixteen patches: of the tree whose leaves the patches are.
-    int block_count() const noexcept { return static_cast<int>(shape_->block_nodes.begin.size()) - 1; }
+    int block_count() const noexcept { return shape_->block_nodes.begin.size() - 1; }
     /// The weighted mean of vectors that the nodes have, [N, 3], at a vertex.
     Eigen::Vector3d mean_at(int vertex, const Nodes& of_nodes) const noexcept;
 

@@ -157,7 +157,7 @@ void PosedPatches::require(std::span<const PatchPair> pairs, int PatchPair::*sid
     parallel_for(
         required_.size() - first,
         [&](int i) {
-            const std::size_t k = first + static_cast<std::size_t>(i);
+            const std::size_t k = first + i;
             pose(required_[k], bounds_[k], posed_[k]);
         },
         patches_per_task);

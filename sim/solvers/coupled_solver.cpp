@@ -2,16 +2,38 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
-#include "sim/solvers/parallel_vectors.hpp"
+#include "meshing/parallel/parallel_for.hpp"
 
 namespace nbd {
 namespace {
+
+/// Calls part(begin, size) for consecutive parts of [0, size), in parallel.
+template <class Part>
+void for_parts(Eigen::Index size, const Part& part) {
+    constexpr Eigen::Index per_part = 8192;
+    parallel_for(
+        static_cast<int>((size + per_part - 1) / per_part),
+        [&](int k) { part(k * per_part, std::min(per_part, size - k * per_part)); }, 1);
+}
+
+/// The sum of sum(begin, size) over parts of [0, size), in a fixed order.
+template <class Sum>
+double sum_parts(Eigen::Index size, const Sum& sum) {
+    constexpr Eigen::Index per_part = 8192;
+    std::vector<double> sums((size + per_part - 1) / per_part);
+    parallel_for(
+        sums.size(), [&](int k) { sums[k] = sum(k * per_part, std::min(per_part, size - k * per_part)); }, 1);
+    return std::accumulate(sums.begin(), sums.end(), 0.0);
+}
 
 /// The cost of a factorisation grows with the square of the number of nodes, that of an iteration with the
 /// number: at 10,000 nodes and at 100,000, a factorisation takes as long as some 70 and 500 iterations.
@@ -165,8 +187,7 @@ bool CoupledSolver::factorize_contacts(const CoupledSystem& system) {
     std::vector<char> inside(system.node_count(), 0);
     for (const Coupling& coupling : system.couplings)
         if (coupling.end - coupling.begin > 1 && !coupling.A.isZero(0))
-            for (const CouplingTerm& t : system.terms_of(coupling))
-                inside[static_cast<std::size_t>(t.unknown / 3)] = 1;
+            for (const CouplingTerm& t : system.terms_of(coupling)) inside[t.unknown / 3] = 1;
     return patch_.factorize(system, couplings_, inside);
 }
 

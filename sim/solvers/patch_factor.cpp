@@ -16,7 +16,7 @@ struct Place {
 
 Place place_of(const CoupledSystem& system, int node) {
     const auto after = std::ranges::upper_bound(system.first_unknown, 3 * node);
-    const auto body = static_cast<std::size_t>(after - system.first_unknown.begin()) - 1;
+    const std::size_t body = after - system.first_unknown.begin() - 1;
     return {body, node - system.first_unknown[body] / 3};
 }
 
@@ -92,7 +92,7 @@ void PatchFactor::analyze(const CoupledSystem& system, const CouplingSum& coupli
     analyzed_ = false;
     cholesky_.analyze(A_, ordering_);
     analyzed_ = true;
-    solution_.resize(3 * static_cast<Eigen::Index>(nodes_.size()));
+    solution_.resize(3 * nodes_.size());
 }
 
 /// Couplings do not reach the border: one that acts on two or more nodes lies in the patch.

@@ -8,7 +8,7 @@
 
 #include "collision/base/stop.hpp"
 #include "collision/base/stopwatch.hpp"
-#include "sim/fem/kinetic_energy.hpp"
+#include "sim/fem/momentum.hpp"
 #include "sim/world/world.hpp"
 
 namespace nbd {

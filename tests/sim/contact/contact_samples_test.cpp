@@ -1,4 +1,3 @@
-#include "sim/patches/contact_samples.hpp"
 
 #include <gtest/gtest.h>
 

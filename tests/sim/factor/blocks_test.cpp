@@ -5,8 +5,7 @@
 #include <cmath>
 #include <memory>
 
-#include "sim/factor/float_blocks.hpp"
-#include "sim/factor/scaled_blocks.hpp"
+#include "sim/factor/lane_blocks.hpp"
 #include "sim/factor/sweep_matrix.hpp"
 
 namespace nbd {

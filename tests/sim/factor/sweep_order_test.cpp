@@ -1,11 +1,10 @@
-#include "sim/factor/sweep_order.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cstddef>
 #include <numeric>
 
+#include "sim/factor/sweep_matrix.hpp"
 #include "sim/fem/elastic_body.hpp"
 #include "tests/support/box_mesh.hpp"
 

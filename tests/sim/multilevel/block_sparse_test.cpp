@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "sim/multilevel/transfer_matrix.hpp"
-
 namespace nbd {
 namespace {
 

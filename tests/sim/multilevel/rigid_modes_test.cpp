@@ -1,9 +1,8 @@
-#include "sim/multilevel/rigid_modes.hpp"
-
 #include <gtest/gtest.h>
 
 #include <set>
 
+#include "sim/multilevel/aggregates.hpp"
 #include "tests/support/box_mesh.hpp"
 
 namespace nbd {

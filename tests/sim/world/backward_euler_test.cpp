@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "sim/fem/kinetic_energy.hpp"
+#include "sim/fem/momentum.hpp"
 #include "tests/sim/support/momentum.hpp"
 #include "tests/sim/support/one_body_world.hpp"
 #include "tests/support/box_mesh.hpp"

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <tuple>
 
-#include "sim/fem/kinetic_energy.hpp"
+#include "sim/fem/momentum.hpp"
 #include "sim/fem/step_potential.hpp"
 #include "tests/sim/support/momentum.hpp"
 #include "tests/sim/support/one_body_world.hpp"

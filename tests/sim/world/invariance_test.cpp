@@ -3,7 +3,7 @@
 
 #include <Eigen/Geometry>
 
-#include "sim/fem/kinetic_energy.hpp"
+#include "sim/fem/momentum.hpp"
 #include "sim/fem/stress.hpp"
 #include "tests/sim/support/momentum.hpp"
 #include "tests/sim/support/one_body_world.hpp"

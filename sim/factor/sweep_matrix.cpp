@@ -1,4 +1,4 @@
-#include "sim/factor/sweep_order.hpp"
+#include "sim/factor/sweep_matrix.hpp"
 
 #include <algorithm>
 #include <cstddef>
@@ -8,7 +8,7 @@ namespace {
 
 /// The least colour of each part that no coupled part before it has.
 std::vector<int> colour_parts(std::span<const int> offset, std::span<const int> column, int rows_per_part) {
-    const int rows = static_cast<int>(offset.size()) - 1;
+    const int rows = offset.size() - 1;
     std::vector<int> colour;
     for (int begin = 0; begin < rows; begin += rows_per_part) {
         const int part = begin / rows_per_part, end = std::min(rows, begin + rows_per_part);
@@ -31,7 +31,7 @@ SweepOrder::SweepOrder(std::span<const int> pattern_offset, std::span<const int>
                        int rows_per_part)
     : offset(pattern_offset.begin(), pattern_offset.end()), place(pattern_column.size(), -1) {
     const std::vector<int> colour = colour_parts(pattern_offset, pattern_column, rows_per_part);
-    const int row_count = static_cast<int>(offset.size()) - 1;
+    const int row_count = offset.size() - 1;
     for (int p = 0; p < std::ssize(colour); ++p) {
         const std::size_t c = colour[p];
         if (colours.size() <= c) colours.resize(c + 1);
@@ -49,7 +49,7 @@ SweepOrder::SweepOrder(std::span<const int> pattern_offset, std::span<const int>
             const auto turn_of = [&](int entry) { return turn[pattern_column[entry]]; };
             const int own = turn[i];
             entries.clear();
-            for (int k = offset[i]; k < offset[static_cast<std::size_t>(i) + 1]; ++k)
+            for (int k = offset[i]; k < offset[i + 1]; ++k)
                 if (is_earlier ? turn_of(k) < own : turn_of(k) > own) entries.push_back(k);
             std::ranges::sort(entries, {}, [&](int k) { return is_earlier ? turn_of(k) : -turn_of(k); });
             for (const int k : entries) {
