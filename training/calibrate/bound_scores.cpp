@@ -2,18 +2,65 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "collision/kernels/box_pack.hpp"
 #include "collision/nbd_tree/nbd_bound.hpp"
 #include "collision/tree/posed_tree.hpp"
-#include "training/calibrate/coordinate_spread.hpp"
 
 namespace nbd {
+
+BoundLevels::BoundLevels(const SphereTree& tree) {
+    for (int depth = 0; depth <= tree.depth(); ++depth)
+        begins.push_back(std::ranges::lower_bound(tree.nodes, depth, {}, &SphereTree::Node::depth) -
+                         tree.nodes.begin());
+    begins.push_back(tree.nodes.size());
+}
+
+BoundLevels::BoundLevels(const CollisionTree& tree, BoundKind kind) : BoundLevels(tree.spheres) {
+    if (kind == BoundKind::learned_affine && tree.learned_affine) begins = tree.learned_affine->levels();
+}
+
+PoseRows scaled_coordinates(FrameSource& source, std::span<const FrameId> frames, const NbdModel& model) {
+    const Eigen::Index m = model.mode_count();
+    PoseRows scaled(frames.size(), m);
+    std::vector<ModalCoordinatesScratch> scratch(frame_slots);
+    std::vector<Eigen::VectorXf> z(frame_slots, Eigen::VectorXf(m));
+    source.for_each_frame(frames, [&](int slot, int index, VerticesRef x) {
+        const std::size_t s = slot;
+        modal_coordinates(model.modes, x, scratch[s], z[s]);
+        scaled.row(index) = (z[s] - model.z_centre).cwiseProduct(model.z_scale).transpose();
+    });
+    return scaled;
+}
+
+CoordinateSpread coordinate_spread(const PoseRows& z) {
+    if (z.rows() == 0)
+        throw std::invalid_argument("no poses to measure the spread of the modal coordinates on");
+    const Eigen::Index m = z.cols();
+    const Eigen::MatrixXd Z = z.cast<double>();
+    const Eigen::RowVectorXd mean = Z.colwise().mean();
+    const Eigen::MatrixXd centred = Z.rowwise() - mean;
+    Eigen::MatrixXd covariance = centred.transpose() * centred / static_cast<double>(z.rows());
+    constexpr double ridge = 1e-3;  // of the mean variance of a coordinate
+    covariance.diagonal().array() += ridge * covariance.trace() / static_cast<double>(m) + 1e-12;
+    const Eigen::LLT<Eigen::MatrixXd> factor(covariance);
+    return {mean.transpose().cast<float>(),
+            factor.matrixL().solve(Eigen::MatrixXd::Identity(m, m)).cast<float>()};
+}
+
+void fit_coordinate_spread(const PoseRows& z, NbdModel& model) {
+    CoordinateSpread spread = coordinate_spread(z);
+    model.z_mean = std::move(spread.mean);
+    model.z_whitening = std::move(spread.whitening);
+}
+
 namespace {
 
 /// Largest distance of the listed vertices from a point.
@@ -76,63 +123,7 @@ void score_parts(const CollisionTree& tree, FrameSource& source, std::span<const
     });
 }
 
-constexpr int folds = 5;
-
-/// The fold of each frame. Trajectories are assigned to folds in turn; a single trajectory is one fold.
-std::vector<int> folds_of(std::span<const FrameId> frames) {
-    std::vector<int> trajectories, fold;
-    for (const FrameId& frame : frames) {
-        const auto known = std::ranges::find(trajectories, frame.trajectory);
-        fold.push_back(static_cast<int>(known - trajectories.begin()) % folds);
-        if (known == trajectories.end()) trajectories.push_back(frame.trajectory);
-    }
-    return fold;
-}
-
-/// Scores of `nbd` bounds, each pose by the spread of the modal coordinates of the other folds' poses.
-BoundScores score_by_other_folds(const CollisionTree& tree, FrameSource& source,
-                                 std::span<const FrameId> frames, std::span<const int> fold) {
-    const Eigen::Index poses = frames.size(), nodes = tree.spheres.nodes.size();
-    BoundScores scores{trajectories_of(source.recording(), frames), PoseRows(poses, nodes),
-                       PoseRows(poses, nodes)};
-    PoseRows z(poses, tree.nbd->mode_count());
-    std::vector<NbdBound> bounds(frame_slots, NbdBound(tree.spheres, *tree.nbd));
-    source.for_each_frame(frames, [&](int slot, int index, VerticesRef x) {
-        NbdBound& bound = bounds[slot];
-        bound.begin_pose(x);
-        z.row(index) = bound.scaled_coordinates().transpose();
-        for (int i = 0; i < nodes; ++i) {
-            scores.excess(index, i) = sphere_excess(x, tree.spheres.node_vertices(i), bound.bound(i));
-            scores.ood_score(index, i) = bound.outside(i);
-        }
-    });
-    for (int left_out = 0; left_out < folds; ++left_out) {
-        std::vector<Eigen::Index> rows, other_rows;
-        for (std::size_t i = 0; i < fold.size(); ++i) (fold[i] == left_out ? rows : other_rows).push_back(i);
-        if (rows.empty()) continue;
-        const CoordinateSpread spread = coordinate_spread(z(other_rows, Eigen::all));
-        Eigen::VectorXf difference(z.cols()), whitened(z.cols());
-        for (const Eigen::Index p : rows) {
-            const float coordinates = coordinate_ood_score(spread.mean, spread.whitening,
-                                                           z.row(p).transpose(), difference, whitened);
-            for (float& score : scores.ood_score.row(p)) score = nbd_ood_score(coordinates, score);
-        }
-    }
-    return scores;
-}
-
 }  // namespace
-
-BoundLevels::BoundLevels(const SphereTree& tree) {
-    for (int depth = 0; depth <= tree.depth(); ++depth)
-        begins.push_back(std::ranges::lower_bound(tree.nodes, depth, {}, &SphereTree::Node::depth) -
-                         tree.nodes.begin());
-    begins.push_back(tree.nodes.size());
-}
-
-BoundLevels::BoundLevels(const CollisionTree& tree, BoundKind kind) : BoundLevels(tree.spheres) {
-    if (kind == BoundKind::learned_affine && tree.learned_affine) begins = tree.learned_affine->levels();
-}
 
 float sphere_excess(VerticesRef x, std::span<const int> vertices, const Sphere& sphere) {
     const double needed = reach(x, vertices, sphere.c);
@@ -172,6 +163,55 @@ BoundScores only(const BoundScores& scores, std::span<const int> trajectories) {
     some.ood_score = scores.ood_score(rows, Eigen::all);
     return some;
 }
+
+namespace {
+
+constexpr int folds = 5;
+
+/// The fold of each frame. Trajectories are assigned to folds in turn; a single trajectory is one fold.
+std::vector<int> folds_of(std::span<const FrameId> frames) {
+    std::vector<int> trajectories, fold;
+    for (const FrameId& frame : frames) {
+        const auto known = std::ranges::find(trajectories, frame.trajectory);
+        fold.push_back((known - trajectories.begin()) % folds);
+        if (known == trajectories.end()) trajectories.push_back(frame.trajectory);
+    }
+    return fold;
+}
+
+/// Scores of `nbd` bounds, each pose by the spread of the modal coordinates of the other folds' poses.
+BoundScores score_by_other_folds(const CollisionTree& tree, FrameSource& source,
+                                 std::span<const FrameId> frames, std::span<const int> fold) {
+    const Eigen::Index poses = frames.size(), nodes = tree.spheres.nodes.size();
+    BoundScores scores{trajectories_of(source.recording(), frames), PoseRows(poses, nodes),
+                       PoseRows(poses, nodes)};
+    PoseRows z(poses, tree.nbd->mode_count());
+    std::vector<NbdBound> bounds(frame_slots, NbdBound(tree.spheres, *tree.nbd));
+    source.for_each_frame(frames, [&](int slot, int index, VerticesRef x) {
+        NbdBound& bound = bounds[slot];
+        bound.begin_pose(x);
+        z.row(index) = bound.scaled_coordinates().transpose();
+        for (int i = 0; i < nodes; ++i) {
+            scores.excess(index, i) = sphere_excess(x, tree.spheres.node_vertices(i), bound.bound(i));
+            scores.ood_score(index, i) = bound.outside(i);
+        }
+    });
+    for (int left_out = 0; left_out < folds; ++left_out) {
+        std::vector<Eigen::Index> rows, other_rows;
+        for (std::size_t i = 0; i < fold.size(); ++i) (fold[i] == left_out ? rows : other_rows).push_back(i);
+        if (rows.empty()) continue;
+        const CoordinateSpread spread = coordinate_spread(z(other_rows, Eigen::all));
+        Eigen::VectorXf difference(z.cols()), whitened(z.cols());
+        for (const Eigen::Index p : rows) {
+            const float coordinates = coordinate_ood_score(spread.mean, spread.whitening,
+                                                           z.row(p).transpose(), difference, whitened);
+            for (float& score : scores.ood_score.row(p)) score = nbd_ood_score(coordinates, score);
+        }
+    }
+    return scores;
+}
+
+}  // namespace
 
 BoundScores score_shape(VerticesRef X, const std::shared_ptr<const CollisionTree>& tree, BoundKind kind,
                         FrameSource& source, std::span<const FrameId> frames) {

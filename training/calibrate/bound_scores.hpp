@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "collision/nbd_tree/nbd_model.hpp"
 #include "collision/tree/collision_tree.hpp"
 #include "training/files/frame_source.hpp"
 #include "training/networks/mlp.hpp"
@@ -18,15 +19,32 @@ struct BoundLevels {
     BoundLevels(const SphereTree& tree);  // NOLINT: a tree stands for its depths
     BoundLevels(const CollisionTree& tree, BoundKind kind);
 
-    int count() const noexcept { return static_cast<int>(begins.size()) - 1; }
+    int count() const noexcept { return begins.size() - 1; }
 };
+
+/// NbdModel::z_mean and z_whitening.
+struct CoordinateSpread {
+    Eigen::VectorXf mean;       // [m]
+    Eigen::MatrixXf whitening;  // [m, m]
+};
+
+/// Computes the scaled modal coordinates of poses, [poses, m]. Visits the frames once; same bits on any
+/// number of threads.
+PoseRows scaled_coordinates(FrameSource& source, std::span<const FrameId> frames, const NbdModel& model);
+
+/// Measures where scaled modal coordinates of poses lie, from their covariance with a little ridge for
+/// directions that the poses hardly show. z: at least one row, else throws std::invalid_argument.
+CoordinateSpread coordinate_spread(const PoseRows& z);
+
+/// Sets z_mean and z_whitening of the model to coordinate_spread(z).
+void fit_coordinate_spread(const PoseRows& z, NbdModel& model);
 
 /// Scores of one bound on some poses, node by node, before any margin.
 struct BoundScores {
     std::vector<int> trajectories;  // [poses] ids
-    PoseRows excess;  // [poses, nodes] margin that the node needed, relative: (largest vertex distance from
-                      // the centre) / r - 1; infinite if r is 0. Of `learned_affine`: in
-                      // spreads or residuals
+    /// [poses, nodes] Margin that the node needed, relative: (largest vertex distance from the centre) / r -
+    /// 1; infinite if r is 0. Of `learned_affine`: in spreads or residuals.
+    PoseRows excess;
     PoseRows ood_score;  // [poses, nodes] of a GatedBound; no columns for other bounds
 };
 

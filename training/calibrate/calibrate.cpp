@@ -10,7 +10,6 @@
 #include "collision/bounds/calibration.hpp"
 #include "training/calibrate/bound_scores.hpp"
 #include "training/calibrate/conformal.hpp"
-#include "training/calibrate/coordinate_spread.hpp"
 #include "training/files/frame_stream.hpp"
 #include "training/files/split.hpp"
 

@@ -6,8 +6,9 @@
 #include <cmath>
 #include <functional>
 #include <stdexcept>
+#include <vector>
 
-#include "training/calibrate/interval.hpp"
+#include "collision/base/counter_random.hpp"
 
 namespace nbd {
 
@@ -51,7 +52,7 @@ float confident_level(const TrajectoryScores& scores, double rate, double confid
     const std::size_t rank = rank_of(scores.size(), confidence);
     std::vector<float> levels;
     for (const std::vector<float>& trajectory : scores) levels.push_back(level_at_rate(trajectory, rate));
-    const auto nth = levels.begin() + static_cast<std::ptrdiff_t>(rank) - 1;
+    const auto nth = levels.begin() + rank - 1;
     std::ranges::nth_element(levels, nth);
     return *nth;
 }
@@ -77,6 +78,59 @@ float mean_level(const TrajectoryScores& scores, double rate) {
     };
     // At the largest score nothing misses, so at least one candidate is not too low.
     return *std::ranges::partition_point(candidates, too_low);
+}
+
+namespace {
+
+/// Probability of at most `most` successes in `trials`.
+double binomial_tail(int most, int trials, double p) {
+    if (most < 0) return 0;
+    if (most >= trials || p <= 0) return 1;
+    if (p >= 1) return 0;
+    double sum = 0;
+    for (int k = 0; k <= most; ++k)
+        sum += std::exp(std::lgamma(trials + 1.0) - std::lgamma(k + 1.0) - std::lgamma(trials - k + 1.0) +
+                        k * std::log(p) + (trials - k) * std::log1p(-p));
+    return std::min(1.0, sum);
+}
+
+/// The probability at which the decreasing function `tail` reaches `value`.
+template <class Tail>
+double solve(const Tail& tail, double value) {
+    double low = 0, high = 1;
+    for (int i = 0; i < 60; ++i) {
+        const double middle = 0.5 * (low + high);
+        (tail(middle) > value ? low : high) = middle;
+    }
+    return 0.5 * (low + high);
+}
+
+}  // namespace
+
+Interval share_interval(int successes, int trials, double level) {
+    const double rest = 0.5 * (1 - level);
+    return {.low = successes == 0
+                       ? 0
+                       : solve([&](double p) { return binomial_tail(successes - 1, trials, p); }, 1 - rest),
+            .high = successes == trials
+                        ? 1
+                        : solve([&](double p) { return binomial_tail(successes, trials, p); }, rest)};
+}
+
+Interval mean_interval(std::span<const double> draws, std::uint64_t seed, double level) {
+    constexpr int resamples = 2000;
+    const auto count = static_cast<double>(draws.size());
+    std::vector<double> means;
+    for (std::uint64_t r = 0; r < resamples; ++r) {
+        double sum = 0;
+        for (std::uint64_t i = 0; i < draws.size(); ++i)
+            sum += draws[std::min(draws.size() - 1,
+                                  static_cast<std::size_t>(counter_uniform(seed, r, i) * count))];
+        means.push_back(sum / count);
+    }
+    std::ranges::sort(means);
+    const double rest = 0.5 * (1 - level) * (resamples - 1);
+    return {means[rest], means[resamples - 1 - rest]};
 }
 
 }  // namespace nbd

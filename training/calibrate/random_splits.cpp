@@ -23,7 +23,7 @@ std::vector<RandomSplitsRow> check_random_splits(const BoundLevels& levels, cons
     for (int s = 0; s < splits; ++s) {
         tell_progress("splits", s, splits);
         stop_if_asked();
-        const HeldOut split = draw_held_out(ids, 0.5, seed + static_cast<std::uint64_t>(s));
+        const HeldOut split = draw_held_out(ids, 0.5, seed + s);
         const Calibration calibration = calibrate(levels, shape, only(pool, split.train), config);
         const BoundScores test = only(pool, split.held_out);
         for (std::size_t depth = 0; depth < rows.size(); ++depth) {
@@ -71,8 +71,8 @@ std::vector<RandomSplitsRow> check_random_splits(const TreeFile& file, BoundKind
 
 std::string to_text(const std::vector<RandomSplitsRow>& rows) {
     std::string text = fmt::format(
-        "{} random splits, {} trajectories to calibrate on and {} to test on; stated: {:.4g} % keep the "
-        "rate\n"
+        "{} random splits, {} trajectories to calibrate on and {} to test on; "
+        "stated: {:.4g} % keep the rate\n"
         "  depth  trajectories that keep it %  nodes that miss %, mean  worst split\n",
         rows[0].splits, rows[0].calibration, rows[0].test, 100 * rows[0].stated);
     for (const RandomSplitsRow& r : rows)

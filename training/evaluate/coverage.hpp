@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "collision/tree/collision_tree.hpp"
-#include "training/calibrate/interval.hpp"
+#include "training/calibrate/conformal.hpp"
 #include "training/files/frame_stream.hpp"
 
 namespace nbd {

@@ -50,8 +50,7 @@ ClusteredModesChoice cluster_modes(const SurfaceBody& body, FrameSource& source,
     std::vector<ClusteredModes> candidates;
     for (int i = 0; i < config.initialisations; ++i) {
         tell_progress("initialisations", i, config.initialisations);
-        candidates.push_back(
-            select_rows(body, k_means(points, config.k_means, static_cast<std::uint64_t>(i))));
+        candidates.push_back(select_rows(body, k_means(points, config.k_means, i)));
     }
     tell_progress("initialisations", config.initialisations, config.initialisations);
 

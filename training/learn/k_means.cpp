@@ -19,13 +19,12 @@ constexpr Eigen::Index block_rows = 256;  // points per task and matrix product
 /// Calls body(first, count) for consecutive blocks of `n` rows, in parallel.
 template <class F>
 void for_blocks(Eigen::Index n, F&& body) {
-    parallel_for(
-        static_cast<int>((n + block_rows - 1) / block_rows),
-        [&](int b) {
-            const Eigen::Index first = b * block_rows;
-            body(first, std::min(block_rows, n - first));
-        },
-        1);
+    parallel_for((n + block_rows - 1) / block_rows,
+                 [&](int b) {
+                     const Eigen::Index first = b * block_rows;
+                     body(first, std::min(block_rows, n - first));
+                 },
+                 1);
 }
 
 /// k-means++: picks each centroid among the points with a probability proportional to its squared distance
@@ -46,7 +45,7 @@ PointRows seed_centroids(PointRowsRef points, int k, std::uint64_t seed, std::ui
                     std::min(distance[i], (points.row(i * stride) - centroids.row(c)).squaredNorm());
         });
         const double total = std::accumulate(distance.begin(), distance.end(), 0.0);
-        double rest = total * counter_uniform(seed, stream, static_cast<std::uint64_t>(c) + 1);
+        double rest = total * counter_uniform(seed, stream, c + 1);
         // Picks the first point whose share is reached, or the last with a distance above 0 if rounding runs
         // past the end.
         for (Eigen::Index i = 0; i < candidates && rest >= 0; ++i)
@@ -62,8 +61,7 @@ PointRows draw_points(PointRowsRef points, Eigen::Index stride, std::uint64_t se
     constexpr std::uint64_t stream = 1 << 20;  // above all initialisations
     PointRows drawn(points.rows() / stride, points.cols());
     for (Eigen::Index i = 0; i < drawn.rows(); ++i)
-        drawn.row(i) =
-            points.row(i * stride + counter_index(seed, stream, static_cast<std::uint64_t>(i), stride));
+        drawn.row(i) = points.row(i * stride + counter_index(seed, stream, i, stride));
     return drawn;
 }
 

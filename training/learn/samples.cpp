@@ -100,12 +100,11 @@ std::vector<int> support_vertices(const PatchVertices& patch, const std::vector<
         for (std::size_t i = 0; i < candidates.size(); ++i) {
             const auto m = poses[p].measure(candidates[i]);
             for (int k = 0; k < measures; ++k)
-                reach(static_cast<Eigen::Index>(measures * p) + k, i) =
-                    m[k] / poses[p].r * (k == 0 ? 1 : side_weight);
+                reach(measures * p + k, i) = m[k] / poses[p].r * (k == 0 ? 1 : side_weight);
         }
     std::vector<int> chosen;
     Eigen::ArrayXf reached = Eigen::ArrayXf::Zero(rows);
-    while (static_cast<int>(chosen.size()) < count) {
+    while (std::ssize(chosen) < count) {
         const Eigen::ArrayXf gain = (reach.colwise() - reached).max(0.f).colwise().sum().transpose();
         Eigen::Index best = 0;
         if (!(gain.maxCoeff(&best) > 0)) break;
@@ -129,7 +128,7 @@ void add_spread_vertices(VerticesRef X, const PatchVertices& patch, int count, s
     }
     Eigen::ArrayXf squared = far(X.row(chosen.front()));
     for (const int v : chosen) squared = squared.min(far(X.row(v)));
-    while (static_cast<int>(chosen.size()) < std::min(count, patch.count())) {
+    while (std::ssize(chosen) < std::min(count, patch.count())) {
         squared.maxCoeff(&at);
         chosen.push_back(patch.ids[at]);
         squared = squared.min(far(X.row(chosen.back())));

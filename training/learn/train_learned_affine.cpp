@@ -34,9 +34,8 @@ struct Measurements {
 
 /// At most `most` of the surface's poses, evenly spread, as many as 512 MiB hold.
 std::vector<Vertices> some_poses(FrameSource& source, std::span<const FrameId> frames, int most) {
-    const auto bytes =
-        static_cast<std::size_t>(std::max<Eigen::Index>(3 * source.W().rows(), 1)) * sizeof(float);
-    const auto fit = static_cast<int>(std::clamp<std::size_t>(pose_bytes / bytes, 1, 1'000'000));
+    const std::size_t bytes = std::max<Eigen::Index>(3 * source.W().rows(), 1) * sizeof(float);
+    const int fit = std::clamp<std::size_t>(pose_bytes / bytes, 1, 1'000'000);
     const std::vector<FrameId> chosen = spread(frames, std::min(most, fit));
     std::vector<Vertices> poses(chosen.size());
     source.for_each_frame(chosen, [&](int, int index, VerticesRef x) { poses[index] = x; });
@@ -77,8 +76,7 @@ std::vector<int> choose_part_samples(const SurfaceBody& body, std::span<const Ve
         [&](int part) {
             const std::vector<int> chosen =
                 choose_samples(body.X, poses, part_vertices(tree, part), rule, per_part);
-            for (int k = 0; k < per_part; ++k)
-                samples[part * per_part + k] = chosen[static_cast<std::size_t>(k) % chosen.size()];
+            for (int k = 0; k < per_part; ++k) samples[part * per_part + k] = chosen[k % chosen.size()];
             tell_progress("parts", ++done, count);
         },
         1);
@@ -140,8 +138,7 @@ Measurements measure(const LearnedAffineModel& model, const WideTree& tree, Fram
 
 /// As many frames as the measurements of this model may hold.
 std::vector<FrameId> some_frames(const LearnedAffineModel& model, std::span<const FrameId> frames) {
-    const auto bytes =
-        static_cast<std::size_t>((tree_width + 1) * model.parts() + 2 * model.clusters()) * sizeof(float);
+    const std::size_t bytes = ((tree_width + 1) * model.parts() + 2 * model.clusters()) * sizeof(float);
     const auto fit = std::clamp<std::size_t>(measurement_bytes / bytes, 1, 1'000'000);
     return spread(frames, fit);
 }

@@ -42,7 +42,7 @@ void check_config(const TrainConfig& config, const SurfaceBody& body) {
 /// Trains the networks that the checkpoint lacks and keeps the checkpoint up to date.
 std::vector<TrainedMlp> train_networks(const PoseRows& inputs, const PoseRows& targets,
                                        const MlpConfig& config, const TrainRun& run) {
-    std::vector<TrainedMlp> networks(static_cast<std::size_t>(targets.cols() / MlpShape::outputs));
+    std::vector<TrainedMlp> networks(targets.cols() / MlpShape::outputs);
     if (run.checkpoint.empty()) {
         train_mlps(inputs, targets, config, run.hooks, {}, networks);
         return networks;
@@ -176,7 +176,7 @@ TreeFile train_tree(SurfaceBody body, FrameSource& source, TrainConfig config, c
     config.clusters.k_means.seed = counter_random(config.seed, 1, 0);
     config.mlp.seed = counter_random(config.seed, 2, 0);
     config.learned_affine.seed = counter_random(config.seed, 3, 0);
-    config.modes = std::min(config.modes, static_cast<int>(body.U.cols()));
+    config.modes = std::min<int>(config.modes, body.U.cols());
     if (config.modes < body.U.cols()) body.U = body.U.leftCols(config.modes).eval();
 
     TreeFile file;

@@ -72,12 +72,12 @@ struct TrainRun {
 
 /// Builds and trains a body's tree from a recording: the sphere tree and the bounds named by the config,
 /// which are clustered modes, BD-Tree and the paper's networks (nbd), and learned affine boxes. Bodies with
-/// tetrahedra also get affine bounds. Not calibrated yet, see calibrate(). Reads the recording
-/// once if `source` has room for the frames of training and calibration, else in every pass; memory also
-/// holds a few numbers per pose and node. Same bits for the same arguments on one machine type, whatever the
-/// number of threads and interruptions. Throws std::invalid_argument on a config out of range or, with `nbd`,
-/// a body without modes; std::runtime_error on a recording of another body or with fewer training poses than
-/// one batch; TrainingCancelled.
+/// tetrahedra also get affine bounds. Not calibrated yet, see calibrate(). Reads the recording once if
+/// `source` has room for the frames of training and calibration, else in every pass; memory also holds a few
+/// numbers per pose and node. Same bits for the same arguments on one machine type, whatever the number of
+/// threads and interruptions. Throws std::invalid_argument on a config out of range or, with `nbd`, a body
+/// without modes; std::runtime_error on a recording of another body or with fewer training poses than one
+/// batch; TrainingCancelled.
 TreeFile train_tree(SurfaceBody body, FrameSource& source, TrainConfig config, const TrainRun& run = {});
 
 /// The same with a FrameSource of its own.

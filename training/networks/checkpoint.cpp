@@ -61,7 +61,7 @@ int load_checkpoint(const std::filesystem::path& path, const std::string& key,
     const auto weights = file.read<float>("weights", {nodes.size(), h5::any});
     const std::size_t each = nodes.empty() ? 0 : weights.size() / nodes.size();
     for (std::size_t i = 0; i < nodes.size(); ++i) {
-        if (nodes[i] < 0 || static_cast<std::size_t>(nodes[i]) >= networks.size())
+        if (nodes[i] < 0 || nodes[i] >= std::ssize(networks))
             file.refuse(fmt::format("node {}", nodes[i]), fmt::format("0 to {}", networks.size() - 1));
         TrainedMlp& network = networks[nodes[i]];
         network.weights = Eigen::Map<const Eigen::VectorXf>(weights.data() + i * each, each);

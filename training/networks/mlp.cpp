@@ -87,8 +87,7 @@ Eigen::VectorXf initial_weights(const MlpShape& shape, std::uint64_t seed, std::
     Eigen::VectorXf w = Eigen::VectorXf::Zero(shape.weights());
     const auto draw = [&](int begin, int end, double bound) {
         for (int i = begin; i < end; ++i)
-            w[i] = static_cast<float>(bound *
-                                      (2 * counter_uniform(seed, stream, static_cast<std::uint64_t>(i)) - 1));
+            w[i] = static_cast<float>(bound * (2 * counter_uniform(seed, stream, i) - 1));
     };
     draw(shape.W1(), shape.b1(), std::sqrt(6.0 / shape.inputs));
     draw(shape.W2(), shape.b2(), std::sqrt(6.0 / shape.hidden));
@@ -126,7 +125,7 @@ MlpBatch::MlpBatch(int hidden, const PoseBlocks& poses, const PoseRows& targets,
 template <int H, class Word>
 float MlpBatch::forward(const float* w, std::span<const int> blocks) noexcept {
     constexpr int block = PoseBlocks::block;
-    const int n = static_cast<int>(blocks.size()) * block;
+    const int n = blocks.size() * block;
     const Word* W1 = across_rows<H, Word>(w + shape_.W1(), shape_.inputs, W1_.data());
     for (std::size_t j = 0; j < blocks.size(); ++j) {
         float* h1 = h1_.data() + j * block * H;
@@ -153,14 +152,14 @@ float MlpBatch::forward(const float* w, std::span<const int> blocks) noexcept {
         const int first = blocks[j] * block, filled = std::min(block, poses_->poses() - first);
         poses += filled;
         for (int i = 0; i < block; i += 4) {
-            const float* h2 = h2_.data() + (j * block + static_cast<std::size_t>(i)) * H;
+            const float* h2 = h2_.data() + (j * block + i) * H;
             Four o[4] = {b3, b3, b3, b3};
             for (int h = 0; h < H; ++h)
                 for (int p = 0; p < 4; ++p) o[p] += W3.col(h) * h2[p * H + h];
             for (int p = 0; p < 4; ++p) {
                 const float* target = targets_.data() + (first + i + p) * outputs;
                 o[p] = i + p < filled ? (o[p] - Eigen::Map<const Four>(target)).eval() : Four::Zero().eval();
-                Eigen::Map<Four>(d3_.data() + (j * block + static_cast<std::size_t>(i + p)) * outputs) = o[p];
+                Eigen::Map<Four>(d3_.data() + (j * block + i + p) * outputs) = o[p];
                 total += o[p] * o[p];
             }
         }
@@ -172,7 +171,7 @@ float MlpBatch::forward(const float* w, std::span<const int> blocks) noexcept {
 
 template <int H, class Word>
 void MlpBatch::backward(const float* w, std::span<const int> blocks, float* g) noexcept {
-    const int n = static_cast<int>(blocks.size()) * PoseBlocks::block;
+    const int n = blocks.size() * PoseBlocks::block;
     float* rows = transposed_.data();
     constexpr int words = H / packed<Word>;
     const int slots = n / packed<Word>;

@@ -4,8 +4,6 @@
 #include <bit>
 #include <numeric>
 
-#include "training/networks/shuffle.hpp"
-
 namespace nbd {
 namespace {
 

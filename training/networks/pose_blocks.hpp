@@ -3,11 +3,23 @@
 #include <algorithm>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "collision/base/counter_random.hpp"
 #include "training/networks/mlp.hpp"
 
 namespace nbd {
+
+/// Fisher-Yates shuffle in place. Depends on (seed, stream, round) alone. Uses counters from 2^32 on; lower
+/// ones are reserved for initial weights.
+inline void shuffle(std::vector<int>& order, std::uint64_t seed, std::uint64_t stream, int round) {
+    const std::uint64_t first = (std::uint64_t{1} + round) << 32;
+    for (std::size_t i = order.size(); i-- > 1;) {
+        const int j = counter_index(seed, stream, first + i, i + 1);
+        std::swap(order[i], order[j]);
+    }
+}
 
 /// Inputs of the training poses in the layouts that training steps read: shuffled once and stored in blocks
 /// of 16, which a step takes whole, so that nothing is copied per step. All networks share one object.

@@ -5,11 +5,10 @@
 #include <cmath>
 #include <random>
 
-#include "collision/nbd_tree/bound.hpp"
+#include "collision/bounds/calibration.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/shapes.hpp"
 #include "training/calibrate/conformal.hpp"
-#include "training/calibrate/interval.hpp"
 #include "training/calibrate/random_splits.hpp"
 
 namespace nbd {

@@ -1,5 +1,3 @@
-#include "training/calibrate/coordinate_spread.hpp"
-
 #include <gtest/gtest.h>
 
 #include "tests/support/error_of.hpp"

@@ -9,7 +9,7 @@
 #include "tests/support/error_of.hpp"
 #include "tests/support/on_threads.hpp"
 #include "training/networks/adam.hpp"
-#include "training/networks/shuffle.hpp"
+#include "training/networks/pose_blocks.hpp"
 
 namespace nbd {
 namespace {
