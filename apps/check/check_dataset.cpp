@@ -7,15 +7,29 @@
 #include <nlohmann/json.hpp>
 #include <set>
 #include <stdexcept>
+#include <string>
 
-#include "apps/check/check_shards.hpp"
 #include "apps/dataset/hold_out.hpp"
 #include "apps/dataset/plan.hpp"
 #include "meshing/h5/reader.hpp"
+#include "meshing/h5/sha256.hpp"
+#include "meshing/progress/progress.hpp"
 #include "training/files/dataset_manifest.hpp"
 #include "training/files/recording_format.hpp"
 
 namespace nbd {
+
+void check_shards(const std::filesystem::path& view, const DatasetManifest& manifest) {
+    const auto all = static_cast<double>(manifest.shards.size());
+    for (double done = 0; const DatasetShard& shard : manifest.shards) {
+        tell_progress("files", done++, all);
+        if (const std::string is = h5::file_sha256(view.parent_path() / shard.file); is != shard.sha256)
+            throw std::runtime_error(
+                fmt::format("{}: shard {} has SHA-256 {}; allowed: {}, as in the manifest", view.string(),
+                            shard.file, is, shard.sha256));
+    }
+}
+
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -62,8 +76,7 @@ class DatasetCheck {
             if (info.body_hash != body)
                 refuse("trajectory {} is of body {}; allowed: {}, the body of the plan", info.id,
                        info.body_hash, body);
-        if (const int planned = plan.value("trajectories", 0);
-            planned != static_cast<int>(view_.trajectories().size()))
+        if (const int planned = plan.value("trajectories", 0); planned != std::ssize(view_.trajectories()))
             refuse("has {} trajectories; allowed: {}, as planned", view_.trajectories().size(), planned);
     }
 
@@ -141,8 +154,7 @@ class DatasetCheck {
     void check_obstacles() const {
         for (int i = 0; const TrajectoryInfo& info : view_.trajectories()) {
             const Json recipe = parsed(info.recipe, "the recipe of a trajectory");
-            const int obstacles = static_cast<int>(recipe.contains("floor")) +
-                                  static_cast<int>(recipe.value("plates", Json::array()).size());
+            const int obstacles = recipe.contains("floor") + recipe.value("plates", Json::array()).size();
             if (view_.contents(i).contact_edges)
                 for (const auto& frame : view_.read_contact_edges(i, 0, info.frames))
                     for (const ContactEdge& edge : frame)

@@ -9,8 +9,8 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "apps/clip/number_bytes.hpp"
-#include "apps/drawing/body_colours.hpp"
+#include "apps/clip/clip.hpp"
+#include "apps/drawing/picture.hpp"
 #include "meshing/h5/version.hpp"
 
 namespace nbd {
@@ -69,7 +69,7 @@ class Accessors {
                               {"count", count},
                               {"type", type}});
         length_ += bytes;
-        return static_cast<int>(accessors_.size()) - 1;
+        return accessors_.size() - 1;
     }
 
     int add_positions(const Vertices& x) {
@@ -220,8 +220,8 @@ void check_size(const Clip& clip) {
 void write_glb(std::ostream& out, const Clip& clip) {
     if (clip.frames() > most_glb_frames)
         throw std::invalid_argument(
-            fmt::format("{}: {} frames are too many for glTF, where each is a morph target; allowed: at most "
-                        "{}; --frames picks some, a point cache (--mdd, --pc2) holds all",
+            fmt::format("{}: {} frames are too many for glTF, where each is a morph target; allowed: "
+                        "at most {}; --frames picks some, a point cache (--mdd, --pc2) holds all",
                         clip.title, clip.frames(), most_glb_frames));
     check_size(clip);
     Accessors accessors;
@@ -235,7 +235,7 @@ void write_glb(std::ostream& out, const Clip& clip) {
     begin_chunk(out, json_length, 0x4E4F534A);  // "JSON"
     out << json;
     begin_chunk(out, accessors.length(), 0x004E4942);  // "BIN"
-    for (int b = 0; b < static_cast<int>(clip.bodies.size()); ++b) write_body(out, clip, b);
+    for (int b = 0; b < std::ssize(clip.bodies); ++b) write_body(out, clip, b);
     if (clip.frames() > 1) write_animation(out, clip);
 }
 

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "apps/clip/number_bytes.hpp"
+#include "apps/clip/clip.hpp"
 
 namespace nbd {
 namespace {

@@ -8,7 +8,6 @@
 #include "apps/cli/output_paths.hpp"
 #include "apps/cli/test_points.hpp"
 #include "apps/commands/commands.hpp"
-#include "apps/dataset/begin_dataset.hpp"
 #include "apps/dataset/card.hpp"
 #include "apps/dataset/hold_out.hpp"
 #include "apps/dataset/plan.hpp"

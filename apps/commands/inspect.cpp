@@ -6,8 +6,8 @@
 #include <memory>
 #include <stdexcept>
 
+#include "apps/check/check_dataset.hpp"
 #include "apps/check/check_file.hpp"
-#include "apps/check/check_shards.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/dataset/variety.hpp"
 #include "collision/flat/flat_file.hpp"

@@ -60,8 +60,9 @@ std::string split_text(const DatasetSplit& split) {
             limits += fmt::format("{} at most {}", limits.empty() ? "is" : " and", rule["to"].dump());
     }
     return fmt::format(
-        "By a parameter of the recipes (`{}`, `dataset/splits/{}` in the file): {} are held out, whose "
-        "`{}` {}; {} to train on have none of these.\n\n",
+        "By a parameter of the recipes (`{}`, `dataset/splits/{}` in the file): {} are held out, "
+        "whose `{}` {}; {} to train on have none of these.\n"
+        "\n",
         rule.at("rule").get<std::string>(), split.name, split.held_out.size(), parameter, limits,
         split.train.size());
 }

@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "apps/dataset/shard_folder.hpp"
 #include "apps/extras/extras_request.hpp"
 #include "meshing/body/body.hpp"
 #include "sim/excitation/recipe.hpp"
@@ -31,5 +32,10 @@ std::string plan_key(const std::string& plan);
 /// The first difference between the plans, as in "frames 50, not 60"; "" if there is none. Throws
 /// std::invalid_argument if a text is not JSON.
 std::string plan_difference(const std::string& there, const std::string& wanted);
+
+/// Starts a dataset, or prepares to continue it: creates its folder and writes the plan there. plan: from
+/// plan_json(). Throws std::runtime_error, naming the file and what differs, rather than continue a dataset
+/// with other options or replace another file.
+void begin_dataset(const ShardFolder& folder, const std::string& plan);
 
 }  // namespace nbd

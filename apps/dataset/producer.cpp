@@ -14,7 +14,7 @@
 
 #include "apps/dataset/hold_out.hpp"
 #include "apps/dataset/self_intersections.hpp"
-#include "apps/dataset/shard.hpp"
+#include "apps/dataset/shard_folder.hpp"
 #include "apps/dataset/variety.hpp"
 #include "collision/base/temporary_files.hpp"
 #include "meshing/h5/sha256.hpp"
@@ -299,10 +299,10 @@ bool Producer::merge() {
     const Variety variety = meter.report();
     manifest.variety = to_json(variety);
     if (const long spoilt = variety.all.frames_troubled; spoilt > 0)
-        warn(fmt::format(
-            "{} of {} frames follow steps that went wrong, as with tetrahedra inside out; training "
-            "leaves them out (nbdtree train --troubled-frames keeps them)",
-            spoilt, variety.all.frames));
+        warn(
+            fmt::format("{} of {} frames follow steps that went wrong, as with tetrahedra inside out; "
+                        "training leaves them out (nbdtree train --troubled-frames keeps them)",
+                        spoilt, variety.all.frames));
     const auto split = draw_held_out(complete, plan_.held_out_share, plan_.excitation.seed);
     manifest.train_trajectories = split.train;
     manifest.held_out_trajectories = split.held_out;

@@ -16,9 +16,13 @@ class SelfIntersections {
     explicit SelfIntersections(std::shared_ptr<const CollisionTree> tree)
         : posed_(std::move(tree), BoundKind::boxes) {}
 
-    /// Pairs of faces without a common vertex that have a point in common, by exact tests of positions
-    /// in single precision, from nodes as a recording has them. W: of the surface; nodes: [N, 3], metres.
-    std::int32_t count(const Embedding& W, const Nodes& nodes);
+    /// Pairs of faces without a common vertex that have a point in common, by exact tests of positions in
+    /// single precision, from nodes as a recording has them. W: of the surface; nodes: [N, 3], metres.
+    std::int32_t count(const Embedding& W, const Nodes& nodes) {
+        const Vertices x = embedded(W, Nodes(nodes.cast<float>().cast<double>())).cast<float>();
+        posed_.begin_pose(x);
+        return query_.intersecting(posed_).size();
+    }
 
  private:
     PosedTree posed_;

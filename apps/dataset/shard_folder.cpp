@@ -3,6 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <memory>
+#include <stdexcept>
+#include <vector>
+
+#include "training/files/recording.hpp"
+#include "training/files/recording_format.hpp"
+#include "training/files/recording_hash.hpp"
 
 namespace nbd {
 
@@ -35,6 +42,81 @@ int ShardFolder::count() const {
     int there = 0;
     for (int i = 0; i < trajectories_; ++i) there += has(i);
     return there;
+}
+
+namespace {
+
+constexpr int frames_at_once = 16;
+
+/// Reads what frames have besides positions, which verifies its checksums.
+void read_all_extras(const RecordingReader& recording) {
+    for (int i = 0; const TrajectoryInfo& info : recording.trajectories()) {
+        for (int begin = 0; begin < info.frames; begin += frames_at_once)
+            recording.read_extras(i, begin, std::min(frames_at_once, info.frames - begin));
+        ++i;
+    }
+}
+
+void copy_trajectory(const RecordingReader& from, RecordingWriter& to) {
+    const TrajectoryInfo& info = from.trajectories().at(0);
+    const int nodes = from.nodes(0), handle = to.begin_trajectory(info, nodes, from.contents(0));
+    const std::vector<double> times = from.times(0);
+    Vertices x;
+    for (int begin = 0; begin < info.frames; begin += frames_at_once) {
+        const int count = std::min(frames_at_once, info.frames - begin);
+        from.read(0, begin, count, x);
+        const std::vector<FrameExtras> extras = from.read_extras(0, begin, count);
+        for (int i = 0; i < count; ++i)
+            to.add_frame(handle, times[begin + i], x.middleRows(Eigen::Index{i} * nodes, nodes), extras[i]);
+    }
+    to.end_trajectory(handle, info.failure, from.facts(0));
+}
+
+}  // namespace
+
+std::string shard_defect(const std::filesystem::path& path, const std::string& key, int first, int end) {
+    try {
+        const RecordingReader recording(path);
+        if (recording.label(dataset_label) != key)
+            return fmt::format("{}: belongs to another dataset", path.string());
+        const auto& infos = recording.trajectories();
+        if (std::ssize(infos) != end - first || infos.front().id != first || infos.back().id != end - 1)
+            return fmt::format("{}: does not hold exactly trajectories {} to {}", path.string(), first,
+                               end - 1);
+        recording_hash(recording);
+        read_all_extras(recording);
+    } catch (const h5::ReadError&) {
+        throw;
+    } catch (const std::runtime_error& error) {
+        return error.what();
+    }
+    return {};
+}
+
+bool pack_shard(const ShardFolder& folder, const std::string& key, const Eigen::Vector3d& origin, int shard,
+                const std::function<void(const std::string&)>& warn) {
+    const std::filesystem::path path = folder.shard(shard);
+    const auto there = [&] { return std::filesystem::exists(path); };
+    const int first = folder.first(shard), end = folder.end(shard);
+    if (!there()) {
+        for (int i = first; i < end; ++i)
+            if (!std::filesystem::exists(folder.part(i))) return false;
+        RecordingWriter whole(path, origin);
+        whole.label(dataset_label, key);
+        for (int i = first; i < end; ++i) {
+            const std::string defect = shard_defect(folder.part(i), key, i, i + 1);
+            if (there()) break;  // packed by another process, on a file system without locks
+            if (!defect.empty()) {
+                warn(fmt::format("remaking a damaged file: {}", defect));
+                std::filesystem::remove(folder.part(i));
+                return false;
+            }
+            copy_trajectory(RecordingReader(folder.part(i)), whole);
+        }
+        if (!there()) whole.finish();
+    }
+    for (int i = first; i < end; ++i) std::filesystem::remove(folder.part(i));
+    return true;
 }
 
 }  // namespace nbd

@@ -12,16 +12,15 @@
 namespace nbd {
 
 Image contact_sheet(const std::vector<Image>& images, int columns) {
-    const int rows = (static_cast<int>(images.size()) + columns - 1) / columns;
+    const int rows = (images.size() + columns - 1) / columns;
     Image sheet{images.front().width * columns, images.front().height * rows, {}};
-    sheet.rgb.assign(static_cast<std::size_t>(sheet.width) * static_cast<std::size_t>(sheet.height) * 3, 255);
+    sheet.rgb.assign(std::size_t{3} * sheet.width * sheet.height, 255);
     for (std::size_t i = 0; i < images.size(); ++i) {
         const Image& image = images[i];
-        const int left = static_cast<int>(i) % columns * image.width,
-                  top = static_cast<int>(i) / columns * image.height;
+        const int left = i % columns * image.width, top = i / columns * image.height;
         for (int y = 0; y < image.height; ++y)
-            std::copy_n(image.rgb.begin() + static_cast<std::ptrdiff_t>(y) * image.width * 3, image.width * 3,
-                        sheet.rgb.begin() + (static_cast<std::ptrdiff_t>(top + y) * sheet.width + left) * 3);
+            std::copy_n(image.rgb.begin() + std::ptrdiff_t{3} * y * image.width, image.width * 3,
+                        sheet.rgb.begin() + std::ptrdiff_t{3} * (top + y) * sheet.width + 3 * left);
     }
     return sheet;
 }
@@ -29,8 +28,8 @@ Image contact_sheet(const std::vector<Image>& images, int columns) {
 void write_png(const std::filesystem::path& path, const Image& image) {
     png_image header{};
     header.version = PNG_IMAGE_VERSION;
-    header.width = static_cast<png_uint_32>(image.width);
-    header.height = static_cast<png_uint_32>(image.height);
+    header.width = image.width;
+    header.height = image.height;
     header.format = PNG_FORMAT_RGB;
     std::string bytes(PNG_IMAGE_PNG_SIZE_MAX(header), '\0');
     png_alloc_size_t size = bytes.size();

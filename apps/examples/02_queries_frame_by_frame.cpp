@@ -56,7 +56,7 @@ int main() {
             if (round == 0) {
                 right &= pairs.size() == nbd::intersecting_faces(a.x, a.F, x, b.F).size();
                 if (frame % 6 == 0) std::printf("frame %2d: %3zu face pairs touch\n", frame, pairs.size());
-                touching += static_cast<long>(pairs.size());
+                touching += pairs.size();
             } else {
                 when_warm += allocations - before;
             }

@@ -2,14 +2,50 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <set>
 #include <sstream>
+#include <vector>
 
 #include "apps/drawing/chart.hpp"
-#include "apps/figures/scratch_folder.hpp"
 #include "meshing/h5/atomic_file.hpp"
 
 namespace nbd {
+namespace {
+
+constexpr int looked_at = 65;  // frames to choose from
+
+Vertices aligned(VerticesRef X, VerticesRef x) {
+    const RigidTransform align = match_shape(X, x, Eigen::VectorXf::Ones(X.rows()));
+    return (x.rowwise() - align.t.transpose()) * align.R;
+}
+
+}  // namespace
+
+TestPose typical_pose(const TreeFile& tree, const RecordingReader& recording,
+                      std::span<const FrameId> frames) {
+    const SurfaceBody body = surface_body(tree);
+    const float size = (body.X.colwise().maxCoeff() - body.X.colwise().minCoeff()).norm();
+    const std::vector<FrameId> candidates = spread(frames, looked_at);
+    std::vector<std::pair<double, FrameId>> deformed(candidates.size());
+    const auto deformation = [&](const Vertices& y) {
+        return static_cast<double>((y - body.X).rowwise().norm().mean() / size);
+    };
+    for_each_frame(body, recording, candidates, [&](int, int index, VerticesRef x) {
+        const std::size_t i = index;
+        deformed[i] = {deformation(aligned(body.X, x)), candidates[i]};
+    });
+    const auto middle = deformed.begin() + deformed.size() / 2;
+    std::nth_element(deformed.begin(), middle, deformed.end());
+
+    const FrameId chosen = middle->second;
+    const auto& info = recording.trajectories()[chosen.trajectory];
+    TestPose pose{info.id, chosen.frame, middle->first, {}};
+    for_each_frame(body, recording, std::span(&chosen, 1),
+                   [&](int, int, VerticesRef x) { pose.x = aligned(body.X, x); });
+    return pose;
+}
+
 namespace {
 
 /// The bounds of a list that the tree has.
@@ -107,7 +143,7 @@ void write_table_and_charts(const std::filesystem::path& folder, const std::vect
 
 void write_sphere_figure(const std::filesystem::path& folder, const BodyFigures& figures) {
     const std::string stem = "figure10_" + figures.rows.body;
-    const ScratchFolder scratch;
+    const h5::ScratchFolder scratch;
     const std::filesystem::path table = folder / (stem + ".csv"), tiles = scratch.path() / "tiles.png";
     write_text(table, to_csv(figures.spheres));
     write_png(tiles, figures.pictures.tiles);

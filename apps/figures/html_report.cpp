@@ -6,9 +6,9 @@
 #include <array>
 #include <string_view>
 
-#include "apps/figures/scratch_folder.hpp"
 #include "apps/figures/verdict.hpp"
 #include "collision/base/file_text.hpp"
+#include "meshing/h5/atomic_file.hpp"
 #include "training/calibrate/conformal.hpp"
 
 namespace nbd {
@@ -78,9 +78,10 @@ std::string facts(const TreeFile& file, const BodyFigures& figures) {
             fmt::format("{}: {} poses of {} trajectories", set.name, set.frames, set.trajectories));
     for (const auto& [kind, calibration] : file.tree.calibrations)
         row("calibrated",
-            fmt::format("{} bounds: at most {:g} % of the nodes miss, in {:g} % of the "
-                        "trajectories on average over calibration sets, at each depth by itself; "
-                        "from {} poses of {} trajectories: with 5 % chance this set gives less than {:.3g} %",
+            fmt::format("{} bounds: at most {:g} % of the nodes miss, "
+                        "in {:g} % of the trajectories on average over calibration sets, "
+                        "at each depth by itself; from {} poses of {} trajectories: "
+                        "with 5 % chance this set gives less than {:.3g} %",
                         name(kind), 100 * calibration.miss_rate, 100 * calibration.confidence,
                         calibration.poses, calibration.trajectories,
                         100 * share_kept_but_for(0.05, calibration.trajectories, calibration.confidence)));
@@ -120,7 +121,8 @@ std::string as_calibrated(const std::vector<CoverageRow>& coverage) {
     std::string text = fmt::format(
         "<h2>As calibrated</h2>\n"
         "<p>{} poses of {} trajectories, with the margins and limits that queries use by default.</p>\n"
-        "<div class=\"wide\"><table>\n<tr><th>bound</th><th>depth</th><th>nodes that miss, "
+        "<div class=\"wide\"><table>\n"
+        "<tr><th>bound</th><th>depth</th><th>nodes that miss, "
         "%</th><th>95 % interval</th><th>trajectories that keep {:g} %</th><th>vertices outside, "
         "%</th><th>inflation, %</th><th>out of range, %</th></tr>\n",
         coverage.front().poses, coverage.front().trajectories, 100 * coverage.front().miss_rate);
@@ -152,7 +154,7 @@ std::string tables(const std::vector<EvaluationRow>& rows) {
 
 std::string html_report(const TreeFile& file, const BodyFigures& figures,
                         const std::vector<CoverageRow>& coverage, const std::string& command) {
-    const ScratchFolder scratch;
+    const h5::ScratchFolder scratch;
     const std::filesystem::path& charts = scratch.path();
     write_table_and_charts(charts, {figures.rows});
     write_sphere_figure(charts, figures);
@@ -171,8 +173,9 @@ std::string html_report(const TreeFile& file, const BodyFigures& figures,
     html += "<h2>By margin</h2>\n" +
             embedded(charts / fmt::format("figure8_{}.png", figures.rows.body), "vertices outside by margin");
     html += fmt::format(
-        "<h2>A test pose</h2>\n<p>Faces with a vertex outside their sphere are red. On average, the "
-        "vertices are {:.1f} % of the body's size away from the rest pose.</p>\n",
+        "<h2>A test pose</h2>\n"
+        "<p>Faces with a vertex outside their sphere are red. On average, "
+        "the vertices are {:.1f} % of the body's size away from the rest pose.</p>\n",
         100 * figures.pose.deformation);
     html += embedded(charts / fmt::format("figure10_{}.png", figures.rows.body), "spheres of a test pose");
     html += as_calibrated(coverage);

@@ -159,8 +159,7 @@ SpherePictures draw_spheres(const std::string& title, const CollisionTree& tree,
     parallel_for(
         tiles.size(),
         [&](int i) {
-            const auto row = static_cast<std::size_t>(i / columns),
-                       column = static_cast<std::size_t>(i % columns);
+            const int row = i / columns, column = i % columns;
             tiles[i] = picture(tree, pose, of(bounds[row], depths[column]), cameras[row]);
         },
         1);

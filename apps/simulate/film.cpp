@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "apps/drawing/ball_mesh.hpp"
-#include "apps/drawing/body_colours.hpp"
 #include "apps/drawing/picture.hpp"
 
 namespace nbd {

@@ -63,10 +63,10 @@ void check_affine(const TreeFile& file, const Vertices& nodes, const std::string
             "{}: affine bounds need the nodes of a pose; allowed: TREE.h5@RECORDING.h5:trajectory:frame",
             argument));
     if (!file.tree.affine)
-        throw std::runtime_error(fmt::format(
-            "{}: the tree has no rest positions of its nodes, which affine bounds need; allowed: a tree "
-            "trained on a body with tetrahedra",
-            argument));
+        throw std::runtime_error(
+            fmt::format("{}: the tree has no rest positions of its nodes, which affine bounds need; allowed: "
+                        "a tree trained on a body with tetrahedra",
+                        argument));
 }
 
 }  // namespace
@@ -157,13 +157,13 @@ void check_model_of(std::initializer_list<const PoseArgument*> surfaces, BoundKi
     if (std::ranges::any_of(surfaces, &PoseArgument::from_tree)) return;
     if (bounds != BoundKind::automatic && !is_exact(bounds))
         throw std::invalid_argument(
-            fmt::format("--bounds: a surface file does not have {} bounds; allowed: exact, boxes, auto, or "
-                        "TREE.h5@POSE instead of the file",
+            fmt::format("--bounds: a surface file does not have {} bounds; allowed: exact, boxes, auto, "
+                        "or TREE.h5@POSE instead of the file",
                         name(bounds)));
     if (has_margin && bounds != BoundKind::exact)
         throw std::invalid_argument(
-            "--margin: boxes of a surface file take none; allowed: with --bounds exact, or TREE.h5@POSE "
-            "instead of the file");
+            "--margin: boxes of a surface file take none; allowed: with --bounds exact, "
+            "or TREE.h5@POSE instead of the file");
 }
 
 ViewSource view_source(std::string name, const PoseArgument& posed, BoundKind bounds,

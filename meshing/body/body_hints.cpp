@@ -31,13 +31,13 @@ std::string size_hint(const Body& body, double scale) {
     const double longest = scale * (X.colwise().maxCoeff() - X.colwise().minCoeff()).maxCoeff();
     if (longest > most_size)
         return fmt::format(
-            "is {:.3g} m long; if its file is in millimetres, `nbdtree mesh --scale 0.001` makes "
-            "metres of them",
+            "is {:.3g} m long; if its file is in millimetres, "
+            "`nbdtree mesh --scale 0.001` makes metres of them",
             longest);
     if (longest < least_size)
         return fmt::format(
-            "is {:.3g} m long; if its file is in another unit than metres, `nbdtree mesh "
-            "--scale` converts it",
+            "is {:.3g} m long; if its file is in another unit than metres, "
+            "`nbdtree mesh --scale` converts it",
             longest);
     return "";
 }
@@ -56,8 +56,8 @@ std::string thin_hint(const TetMesh& tets) {
                  thickness = 2 * all / area(tets.X, boundary);
     if (!(thin > most_thin * all) || !(length > slender * thickness)) return "";
     return fmt::format(
-        "is one tetrahedron thick in {:.0f} % of its volume, so it bends far too little; a surface "
-        "of smaller faces gives more, and so may `nbdtree mesh --cage`",
+        "is one tetrahedron thick in {:.0f} % of its volume, so it bends far too little; "
+        "a surface of smaller faces gives more, and so may `nbdtree mesh --cage`",
         100 * thin / all);
 }
 
@@ -66,8 +66,8 @@ std::string locking_hint(const Material& material, const std::vector<MaterialReg
     for (const MaterialRegion& region : regions) largest = std::max(largest, region.material.poisson);
     if (!(largest > locking_ratio)) return "";
     return fmt::format(
-        "has a Poisson's ratio of {:.3g}, at which its tetrahedra lock: it bends far less than it "
-        "should; advised: {} or less",
+        "has a Poisson's ratio of {:.3g}, at which its tetrahedra lock: it bends far less than it should; "
+        "advised: {} or less",
         largest, locking_ratio);
 }
 

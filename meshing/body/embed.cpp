@@ -115,7 +115,7 @@ std::string name_point(NodesRef points, int p) {
 PositionIndex node_index(const TetMesh& tets, std::vector<int>& node_of) {
     PositionIndex index;
     for (int v = 0; v < tets.X.rows(); ++v)
-        if (index.insert(tets.X.row(v)) == static_cast<int>(node_of.size())) node_of.push_back(v);
+        if (index.insert(tets.X.row(v)) == std::ssize(node_of)) node_of.push_back(v);
     return index;
 }
 
@@ -124,14 +124,13 @@ PositionIndex node_index(const TetMesh& tets, std::vector<int>& node_of) {
 Embedding embed(const TetMesh& tets, NodesRef points, const EmbedConfig& config) {
     if (!(config.max_distance >= 0) || !std::isfinite(config.max_distance))
         throw std::invalid_argument(
-            fmt::format("the maximum distance from the tetrahedra is {}; allowed: finite "
-                        "and 0 or more",
+            fmt::format("the maximum distance from the tetrahedra is {}; allowed: finite and 0 or more",
                         config.max_distance));
     const TetLocator locator(tets);
     std::vector<int> node_of;
     const PositionIndex nodes = node_index(tets, node_of);
     std::vector<Eigen::Triplet<double>> entries;
-    entries.reserve(static_cast<std::size_t>(points.rows()) * 4);
+    entries.reserve(4 * points.rows());
     Misfits far;
     for (int p = 0; p < points.rows(); ++p) {
         const Eigen::Vector3d x = points.row(p);
@@ -148,10 +147,10 @@ Embedding embed(const TetMesh& tets, NodesRef points, const EmbedConfig& config)
                 far.add(
                     fmt::format("{} lies {:.3g} m outside the tetrahedra", name_point(points, p), distance));
             else if (distance > config.max_distance * edge)
-                far.add(fmt::format(
-                    "{} is {:.6g} m away from the nearest tetrahedron ({}), more than {} of its mean "
-                    "edge length {:.6g} m",
-                    name_point(points, p), distance, nearest, config.max_distance, edge));
+                far.add(
+                    fmt::format("{} is {:.6g} m away from the nearest tetrahedron ({}), "
+                                "more than {} of its mean edge length {:.6g} m",
+                                name_point(points, p), distance, nearest, config.max_distance, edge));
             t = nearest;
         }
         Eigen::Vector4d w = locator.weights(t, x);

@@ -224,9 +224,8 @@ class CageSearch {
         const double nodes = best.size.nodes();
         if (nodes > 1.3 * config_.nodes)
             throw std::invalid_argument(
-                fmt::format("{} nodes cannot hold the surface; allowed: about {:.0f} "
-                            "or more",
-                            config_.nodes, std::ceil(nodes / 10) * 10));
+                fmt::format("{} nodes cannot hold the surface; allowed: about {:.0f} or more", config_.nodes,
+                            std::ceil(nodes / 10) * 10));
         if (nodes < 0.85 * config_.nodes) {
             const double ratio = best.size.ratio_for(config_.nodes);
             const auto vertices = static_cast<int>(best.size.vertices / (ratio * ratio));

@@ -82,8 +82,8 @@ Filled fill(const SoupWrap& wrap, const TriMesh& soup, int nodes) {
 
 std::string describe(const CageReport& r) {
     std::string text = fmt::format(
-        "{}\ncage: {} vertices, {} faces, volume {:.6g} m3; at most {:.3g} m from the surface (alpha {:.3g} "
-        "m, "
+        "{}\n"
+        "cage: {} vertices, {} faces, volume {:.6g} m3; at most {:.3g} m from the surface (alpha {:.3g} m, "
         "offset {:.3g} m)",
         describe(r.soup), r.vertices, r.faces, r.volume, r.distance, r.alpha, r.offset);
     if (r.closes_holes) text += "; stays coarse where a finer cage would enter the surface through its holes";

@@ -49,7 +49,7 @@ void FileCursor::rest_of_line() noexcept { at_ = std::min(bytes_.find('\n', at_)
 
 void FileCursor::skip(std::uint64_t bytes) {
     if (bytes_.size() - at_ < bytes) fail("the file ends early");
-    at_ += static_cast<std::size_t>(bytes);
+    at_ += bytes;
 }
 
 bool FileCursor::is_next(std::string_view text) const noexcept {
@@ -117,7 +117,7 @@ std::size_t FileCursor::count(std::string_view things, std::size_t least_bytes) 
 
 void FileCursor::fail(const std::string& reason) const {
     if (binary_) throw std::runtime_error(fmt::format("{}, byte {}: {}", path_.string(), at_, reason));
-    const auto lines = std::count(bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(at_), '\n');
+    const auto lines = std::count(bytes_.begin(), bytes_.begin() + at_, '\n');
     throw std::runtime_error(fmt::format("{}, line {}: {}", path_.string(), lines + 1, reason));
 }
 

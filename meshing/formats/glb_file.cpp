@@ -204,7 +204,7 @@ GlbFile::Numbers GlbFile::find(const json& from, std::size_t count, std::size_t 
     const std::size_t row = components * bytes_of(component_type);
     const json& view = item("bufferViews", json_number(from, "bufferView", -1));
     const std::int64_t number = json_number(view, "buffer", -1);
-    if (number < 0 || static_cast<std::size_t>(number) >= buffers_.size())
+    if (number < 0 || number >= std::ssize(buffers_))
         refuse_glb("a view is of buffer {}, but there are {}", number, buffers_.size());
     const std::string& buffer = buffers_[number];
     const std::int64_t offset = json_number(view, "byteOffset", 0),
@@ -276,10 +276,9 @@ std::vector<double> GlbFile::numbers(std::int64_t accessor, std::size_t componen
     const Numbers at = find((*sparse)["indices"], changes, 1, index_type, false);
     const Numbers to = find((*sparse)["values"], changes, components, component_type, false);
     if (values.empty() && rows > 64 * (1 + static_cast<std::size_t>(changes)))
-        refuse_glb("accessor {} has {} items without data", accessor,
-                   rows - static_cast<std::size_t>(changes));
+        refuse_glb("accessor {} has {} items without data", accessor, rows - changes);
     values.resize(rows * components);
-    for (std::size_t change = 0; change < static_cast<std::size_t>(changes); ++change) {
+    for (std::int64_t change = 0; change < changes; ++change) {
         const auto row = number_at(at.bytes.data() + change * at.stride, index_type, false);
         if (row >= rows) refuse_glb("accessor {} changes item {} of {}", accessor, row, rows);
         read_row(to, change, &values[row * components]);

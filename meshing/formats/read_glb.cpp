@@ -1,5 +1,3 @@
-#include "meshing/formats/surface_formats.hpp"
-
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
@@ -12,6 +10,7 @@
 #include <vector>
 
 #include "meshing/formats/glb_file.hpp"
+#include "meshing/formats/surface_formats.hpp"
 
 namespace nbd {
 namespace {
@@ -124,10 +123,10 @@ class GlbReader {
         std::vector<bool> has_parent(count);
         std::vector<std::int64_t> numbers;
         for (std::size_t node = 0; node < count; ++node)
-            for (const std::int64_t child : children(file_.item("nodes", static_cast<std::int64_t>(node))))
+            for (const std::int64_t child : children(file_.item("nodes", node)))
                 if (static_cast<std::size_t>(child) < count) has_parent[child] = true;
         for (std::size_t node = 0; node < count; ++node)
-            if (!has_parent[node]) numbers.push_back(static_cast<std::int64_t>(node));
+            if (!has_parent[node]) numbers.push_back(node);
         if (numbers.empty() && count > 0) refuse_glb("its nodes are children of each other");
         return numbers;
     }
@@ -172,7 +171,7 @@ class GlbReader {
             if (is_turned) std::swap(b, c);
             for (const std::size_t k : {a, b, c}) {
                 // An index beyond its own primitive must not refer to a vertex of the next one.
-                if (corners[k] >= static_cast<std::int64_t>(X.size()))
+                if (corners[k] >= std::ssize(X))
                     refuse_glb(fmt::format("face {} refers to vertex {} of a primitive of {} vertices",
                                            soup_.face_count(), corners[k], X.size()));
                 soup_.corners.push_back(base + corners[k]);

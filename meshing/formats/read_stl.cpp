@@ -1,5 +1,3 @@
-#include "meshing/formats/surface_formats.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,6 +12,7 @@
 #include <string_view>
 
 #include "meshing/formats/file_cursor.hpp"
+#include "meshing/formats/surface_formats.hpp"
 #include "meshing/formats/words.hpp"
 
 namespace nbd {
@@ -58,7 +57,7 @@ PolygonSoup read_binary(const std::filesystem::path& path, std::uint32_t facets)
         for (int corner = 0; corner < 3; ++corner) {
             std::array<double, 3> x{};
             for (double& coordinate : x) coordinate = in.real32();
-            soup.corners.push_back(static_cast<std::int64_t>(soup.X.size()));
+            soup.corners.push_back(soup.X.size());
             soup.X.push_back(x);
         }
         in.skip(2);  // attributes
@@ -86,7 +85,7 @@ PolygonSoup read_text(const std::filesystem::path& path) {
         } else if (in_loop && word == "vertex") {
             std::array<double, 3> x{};
             for (double& coordinate : x) coordinate = in.real64();
-            soup.corners.push_back(static_cast<std::int64_t>(soup.X.size()));
+            soup.corners.push_back(soup.X.size());
             soup.X.push_back(x);
         } else if (in_loop && word == "endloop") {
             const std::size_t begin = soup.face_end.empty() ? 0 : soup.face_end.back();

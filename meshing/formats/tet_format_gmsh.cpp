@@ -170,7 +170,7 @@ class GmshReader {
     }
 
     ElementType type_of(int number) {
-        const bool known = number > 0 && number < static_cast<int>(std::size(element_types));
+        const bool known = number > 0 && number < std::ssize(element_types);
         if (!known) in_.fail(fmt::format("element type {} is not known", number));
         const ElementType type = element_types[number];
         if (type.dimension == 3 && number != gmsh_tetrahedron)

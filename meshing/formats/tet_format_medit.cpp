@@ -58,7 +58,7 @@ TetFileContent read_medit(FileCursor& in) {
             for (std::size_t t = 0; t < content.tets.size(); ++t) {
                 for (int& corner : content.tets[t]) {
                     const std::int64_t node = in.int64();
-                    if (node < 1 || node > static_cast<std::int64_t>(content.nodes.size()))
+                    if (node < 1 || node > std::ssize(content.nodes))
                         in.fail(fmt::format("tetrahedron {} refers to node {}; allowed: 1 to {}", t, node,
                                             content.nodes.size()));
                     corner = node - 1;
@@ -70,7 +70,7 @@ TetFileContent read_medit(FileCursor& in) {
             if (is_volume(keyword) && in.count("cells", 2) > 0)
                 in.fail(fmt::format("holds {}; only 4-node tetrahedra are allowed", keyword));
             if (is_surface_or_line(keyword))
-                content.other_cells += static_cast<int>(in.count("cells", 4));
+                content.other_cells += in.count("cells", 4);
             else if (!is_volume(keyword) && in.at_end())
                 in.fail(fmt::format("the file ends early, behind {}", keyword));
             std::string_view word = next_word(in);

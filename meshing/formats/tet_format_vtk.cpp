@@ -48,7 +48,7 @@ bool is_volume(std::int64_t cell_type) {
 
 void add_cells(const VtkCells& cells, std::int64_t first_node, const FileCursor& in,
                TetFileContent& content) {
-    const std::int64_t nodes = static_cast<std::int64_t>(content.nodes.size()) - first_node;
+    const std::int64_t nodes = std::ssize(content.nodes) - first_node;
     for (std::size_t c = 0; c < cells.types.size(); ++c) {
         const std::int64_t type = cells.types[c], corners = cells.offsets[c + 1] - cells.offsets[c];
         if (is_volume(type) && (type != vtk_tetrahedron || corners != 4))
@@ -63,7 +63,7 @@ void add_cells(const VtkCells& cells, std::int64_t first_node, const FileCursor&
         }
         std::array<int, 4> tet{};
         for (std::size_t k = 0; k < 4; ++k) {
-            const std::int64_t node = cells.corners[static_cast<std::size_t>(cells.offsets[c]) + k];
+            const std::int64_t node = cells.corners[cells.offsets[c] + k];
             if (node < 0 || node >= nodes)
                 in.fail(fmt::format("cell {} refers to point {}; allowed: 0 to {}", c, node, nodes - 1));
             tet[k] = first_node + node;
@@ -113,8 +113,8 @@ class VtkReader {
                 skip_fields();
             } else {
                 in_.fail(
-                    "expected POINTS, CELLS and CELL_TYPES, once each and in this order, or FIELD before "
-                    "them");
+                    "expected POINTS, CELLS and CELL_TYPES, once each and in this order, "
+                    "or FIELD before them");
             }
         }
     }
@@ -210,7 +210,7 @@ class VtkReader {
         for (std::size_t c = 0; c < n; ++c) {
             const std::size_t corners = in_.check_count(in_.int32(), "corners of a cell", 1);
             for (std::size_t k = 0; k < corners; ++k) cells_.corners.push_back(in_.int32());
-            cells_.offsets.push_back(static_cast<std::int64_t>(cells_.corners.size()));
+            cells_.offsets.push_back(cells_.corners.size());
         }
         if (cells_.corners.size() + n != size)
             in_.fail(

@@ -282,7 +282,7 @@ class VtuReader {
                            static_cast<uLong>(packed)) != Z_OK ||
                 length != size)
                 fail(tag.begin, fmt::format("block {} of an array cannot be unpacked", block));
-            from += static_cast<std::size_t>(packed);
+            from += packed;
             to += size;
         }
         return result;
@@ -347,8 +347,7 @@ class VtuReader {
         const std::int64_t first_node = content_.nodes.size();
         const std::vector<double> x = numbers<double>(piece.positions, "points", 3 * piece.points, piece);
         content_.nodes.resize(content_.nodes.size() + piece.points);
-        for (std::size_t i = 0; i < x.size(); ++i)
-            content_.nodes[static_cast<std::size_t>(first_node) + i / 3][i % 3] = x[i];
+        for (std::size_t i = 0; i < x.size(); ++i) content_.nodes[first_node + i / 3][i % 3] = x[i];
         if (piece.cells == 0) return;
         VtkCells cells;
         cells.offsets = numbers<std::int64_t>(piece.offsets, "offsets of cells", piece.cells, piece);

@@ -72,9 +72,9 @@ void write_vtu(const std::filesystem::path& path, std::span<const VtuBody> bodie
         append(contact_force, *body.contact_force);
         for (Eigen::Index t = 0; t < body.T->rows(); ++t) {
             for (int k = 0; k < 4; ++k) connectivity.push_back(first_node + (*body.T)(t, k));
-            offsets.push_back(static_cast<std::int64_t>(connectivity.size()));
+            offsets.push_back(connectivity.size());
             types.push_back(10);  // VTK_TETRA
-            owner.push_back(static_cast<std::int32_t>(b));
+            owner.push_back(b);
             von_mises.push_back(static_cast<float>((*body.von_mises)[t]));
         }
         first_node += body.x->rows();

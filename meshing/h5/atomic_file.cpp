@@ -1,9 +1,16 @@
 #include "meshing/h5/atomic_file.hpp"
 
+#include <fmt/format.h>
+#include <stdlib.h>
+
 #include <array>
+#include <cerrno>
+#include <cstring>
 #include <limits>
 #include <locale>
+#include <stdexcept>
 #include <streambuf>
+#include <string>
 
 #include "collision/base/temporary_files.hpp"
 
@@ -57,6 +64,19 @@ std::ostream& AtomicFile::out() noexcept { return impl_->out; }
 void AtomicFile::commit() {
     impl_->out.flush();
     impl_->file.commit();
+}
+
+ScratchFolder::ScratchFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "nbdtree_XXXXXX").string();
+    if (!mkdtemp(name.data()))
+        throw std::runtime_error(
+            fmt::format("{}: cannot create this folder: {}", name, std::strerror(errno)));
+    path_ = name;
+}
+
+ScratchFolder::~ScratchFolder() {
+    std::error_code remains;
+    std::filesystem::remove_all(path_, remains);
 }
 
 }  // namespace nbd::h5

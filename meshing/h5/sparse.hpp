@@ -44,7 +44,7 @@ Eigen::SparseMatrix<T, Eigen::RowMajor> read_sparse(const Reader& file, const st
     const auto offsets = file.read<int>(name + "/rows", {rows + 1});
     const auto columns = file.read<int>(name + "/cols", {any});
     const auto values = file.read<T>(name + "/values", {columns.size()});
-    if (offsets.front() != 0 || offsets.back() != static_cast<int>(columns.size()))
+    if (offsets.front() != 0 || offsets.back() != std::ssize(columns))
         file.refuse(
             name + "/rows spans " + std::to_string(offsets.front()) + " to " + std::to_string(offsets.back()),
             "0 to " + std::to_string(columns.size()) + ", the number of weights");

@@ -111,12 +111,12 @@ void check_edges(const TriMesh& mesh, const EdgeTable& table) {
 /// Walks around each vertex from face to face across shared edges. One walk must visit all faces of the
 /// vertex.
 void check_vertices(const TriMesh& mesh, const EdgeTable& table) {
-    const auto corner_count = static_cast<std::size_t>(mesh.F.rows()) * 3;
+    const int corner_count = 3 * mesh.F.rows();
     std::vector<char> walked(corner_count, 0);
     std::vector<int> first_face(mesh.X.rows(), -1);
     int vertex = -1, face = -1, other_face = -1;
     std::size_t count = 0;
-    for (int start = 0; start < static_cast<int>(corner_count); ++start) {
+    for (int start = 0; start < corner_count; ++start) {
         if (walked[start]) continue;
         const int v = mesh.F(start / 3, start % 3);
         int& first = first_face[v];

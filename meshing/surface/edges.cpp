@@ -11,7 +11,7 @@
 namespace nbd {
 
 EdgeTable edge_table(FacesRef F) {
-    const auto count = static_cast<std::size_t>(F.rows()) * 3;
+    const std::size_t count = 3 * F.rows();
     std::vector<std::pair<std::uint64_t, int>> keyed(count);  // both vertices in one number; half-edge
     for (int f = 0; f < F.rows(); ++f)
         for (int k = 0; k < 3; ++k) {
@@ -28,9 +28,9 @@ EdgeTable edge_table(FacesRef F) {
         if (i == 0 || key != keyed[i - 1].first)
             table.edges.push_back({static_cast<int>(key >> 32), static_cast<int>(key & 0xffffffffu),
                                    static_cast<int>(i), static_cast<int>(i)});
-        table.edges.back().end = static_cast<int>(i) + 1;
+        table.edges.back().end = i + 1;
         table.halfedges[i] = h;
-        table.edge_of[h] = static_cast<int>(table.edges.size()) - 1;
+        table.edge_of[h] = table.edges.size() - 1;
     }
     return table;
 }
@@ -76,10 +76,10 @@ Components make_orientations_agree(Faces& F, const EdgeTable& table) {
                     turned[g] = wanted;
                     stack.push_back(g);
                 } else if (turned[g] != wanted) {
-                    throw std::invalid_argument(fmt::format(
-                        "the surface is one-sided (like a Klein bottle): faces {} and {} cannot be "
-                        "oriented consistently",
-                        std::min(f, g), std::max(f, g)));
+                    throw std::invalid_argument(
+                        fmt::format("the surface is one-sided (like a Klein bottle): "
+                                    "faces {} and {} cannot be oriented consistently",
+                                    std::min(f, g), std::max(f, g)));
                 }
             }
         }

@@ -25,7 +25,7 @@ struct EdgeTable {
     int twin(int halfedge) const noexcept {
         const Edge& edge = edges[edge_of[halfedge]];
         const int first = halfedges[edge.begin];
-        return first == halfedge ? halfedges[static_cast<std::size_t>(edge.begin) + 1] : first;
+        return first == halfedge ? halfedges[edge.begin + 1] : first;
     }
 };
 

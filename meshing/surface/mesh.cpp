@@ -23,7 +23,7 @@ Faces boundary_faces(const TetMesh& tets) {
     static constexpr int corners[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
     using Key = std::array<int, 3>;
     std::vector<std::pair<Key, int>> sides;  // sorted corners, 4 * tet + local face
-    sides.reserve(static_cast<std::size_t>(tets.T.rows()) * 4);
+    sides.reserve(4 * tets.T.rows());
     for (int t = 0; t < tets.T.rows(); ++t)
         for (int k = 0; k < 4; ++k) {
             Key key = {tets.T(t, corners[k][0]), tets.T(t, corners[k][1]), tets.T(t, corners[k][2])};

@@ -189,8 +189,8 @@ SolidBoundary make_solid_boundary(TriMesh mesh, const SolidBoundaryConfig& confi
     }
     if (components.size() > 1 && !config.allow_components)
         throw std::invalid_argument(
-            fmt::format("the surface has {} components ({} and {}; the second starts at face {}), but a "
-                        "body must be one shell",
+            fmt::format("the surface has {} components ({} and {}; the second starts at face {}), "
+                        "but a body must be one shell",
                         components.size(), counted(report.shells, "shell", "shells"),
                         counted(report.cavities, "cavity", "cavities"), components[1].faces.front()));
     report.area = area(mesh.X, mesh.F);

@@ -49,7 +49,7 @@ int opposite(const Faces& F, int halfedge) { return F(halfedge / 3, (halfedge + 
 Embedding step_weights(const Faces& F, int vertex_count, const EdgeTable& table, SubdivisionScheme scheme) {
     Weights weights;
     const int edge_count = table.edges.size();
-    weights.reserve(static_cast<std::size_t>(vertex_count) + 6 * table.edges.size());
+    weights.reserve(vertex_count + 6 * table.edges.size());
     if (scheme == SubdivisionScheme::midpoint)
         keep_vertices(vertex_count, weights);
     else
@@ -135,7 +135,7 @@ class Divider {
  private:
     /// Puts a face at row f of the faces. Edges without an entry yet are queued once.
     void add(const std::array<int, 3>& face, int f) {
-        if (f == static_cast<int>(faces_.size())) faces_.emplace_back();
+        if (f == std::ssize(faces_)) faces_.emplace_back();
         faces_[f] = face;
         for (std::size_t c = 0; c < 3; ++c) {
             const int from = face[c], to = face[(c + 1) % 3];

@@ -135,9 +135,9 @@ int split_once(TriMesh& mesh, double length) {
             added.push_back({vertices[i].second, i + 1 < vertices.size() ? vertices[i + 1].second : b, c});
     }
     const Eigen::Index before = mesh.F.rows();
-    mesh.F.conservativeResize(before + static_cast<Eigen::Index>(added.size()), 3);
+    mesh.F.conservativeResize(before + added.size(), 3);
     for (std::size_t i = 0; i < added.size(); ++i)
-        mesh.F.row(before + static_cast<Eigen::Index>(i)) << added[i][0], added[i][1], added[i][2];
+        mesh.F.row(before + i) << added[i][0], added[i][1], added[i][2];
     return splits;
 }
 

@@ -65,7 +65,7 @@ TetMesh run_gmsh(const TriMesh& surface, const SizeField& size, double scale) {
     std::vector<std::size_t> tags(n), corners(surface.F.size());
     std::iota(tags.begin(), tags.end(), std::size_t{1});
     std::ranges::transform(surface.F.reshaped<Eigen::RowMajor>(), corners.begin(),
-                           [](int v) { return static_cast<std::size_t>(v) + 1; });
+                           [](int v) { return std::size_t{1} + v; });
     const Nodes scaled = surface.X * scale;
     const std::vector<double> coordinates(scaled.data(), scaled.data() + scaled.size());
 
@@ -135,8 +135,8 @@ void check_filled(const TriMesh& surface, const TetMesh& tets) {
         throw std::runtime_error(fmt::format("vertex {} belongs to no tetrahedron", lost - used.begin()));
     if (oriented_set(boundary_faces(tets)) != oriented_set(surface.F))
         throw std::runtime_error(
-            "gmsh did not keep the surface's triangles as the boundary; check for nested shells and faces "
-            "oriented inward");
+            "gmsh did not keep the surface's triangles as the boundary; "
+            "check for nested shells and faces oriented inward");
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ std::vector<std::uint64_t> morton_codes(const Nodes& X) {
     for (Eigen::Index i = 0; i < X.rows(); ++i)
         for (int axis = 0; axis < 3; ++axis) {
             const double place = size > 0 ? (X(i, axis) - low[axis]) / size : 0;
-            codes[static_cast<std::size_t>(i)] |= spread(static_cast<std::uint64_t>(place * most)) << axis;
+            codes[i] |= spread(static_cast<std::uint64_t>(place * most)) << axis;
         }
     return codes;
 }

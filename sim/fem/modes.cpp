@@ -158,8 +158,8 @@ void check_rigid(const Pencil& pencil, const EigenPairs& pairs, ModeReport& repo
     const auto found = (pairs.values.array() <= zero).count();
     if (found != rigid_count)
         throw std::runtime_error(
-            fmt::format("modes: found {}{} rigid modes, but a free body in one piece has exactly 6; check "
-                        "for separate or hinged parts",
+            fmt::format("modes: found {}{} rigid modes, but a free body in one piece has exactly 6; "
+                        "check for separate or hinged parts",
                         found == pairs.values.size() ? "at least " : "", found));
     const double largest = pairs.values.head<rigid_count>().cwiseAbs().maxCoeff();
     report.max_rigid_hz = std::sqrt(largest) / (2 * std::numbers::pi);

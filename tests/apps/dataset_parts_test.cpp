@@ -9,7 +9,6 @@
 
 #include "apps/dataset/card.hpp"
 #include "apps/dataset/plan.hpp"
-#include "apps/dataset/shard.hpp"
 #include "apps/dataset/shard_folder.hpp"
 #include "apps/dataset/variety.hpp"
 #include "apps/sharing/claims.hpp"

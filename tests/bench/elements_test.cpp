@@ -9,8 +9,7 @@
 #include <vector>
 
 #include "apps/bench/elements/clamped_body.hpp"
-#include "apps/bench/elements/element_stiffness.hpp"
-#include "apps/bench/elements/element_table.hpp"
+#include "apps/bench/elements/element_study.hpp"
 #include "sim/fem/elastic_body.hpp"
 #include "tests/support/box_mesh.hpp"
 #include "tests/support/error_of.hpp"

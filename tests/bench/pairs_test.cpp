@@ -8,7 +8,7 @@
 #include "apps/bench/pairs/embree_pairs.hpp"
 #include "apps/bench/pairs/lazy_boxes.hpp"
 #include "apps/bench/pairs/own_methods.hpp"
-#include "apps/bench/pairs/race_table.hpp"
+#include "apps/bench/pairs/race.hpp"
 #include "apps/bench/pairs/touching_scenes.hpp"
 #include "tests/support/brute_force.hpp"
 #include "tests/support/error_of.hpp"

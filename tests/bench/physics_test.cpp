@@ -4,7 +4,7 @@
 #include <fstream>
 #include <limits>
 
-#include "apps/bench/physics/physics_table.hpp"
+#include "apps/bench/physics/physics_run.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/temporary_folder.hpp"
 

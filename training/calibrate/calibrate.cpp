@@ -125,8 +125,8 @@ HeldOut halves_of_others(const RecordingReader& recording, const RecordingHash& 
             ids.push_back(t.id);
     if (ids.size() < 2)
         throw std::runtime_error(
-            fmt::format("{}: {} complete trajectories that the tree was not trained on; allowed: at least 2 "
-                        "to calibrate on",
+            fmt::format("{}: {} complete trajectories that the tree was not trained on; allowed: "
+                        "at least 2 to calibrate on",
                         recording.path().string(), ids.size()));
     return draw_held_out(std::move(ids), 0.5, 0);
 }

@@ -191,8 +191,8 @@ TreeFile train_tree(SurfaceBody body, FrameSource& source, TrainConfig config, c
     const int needed = trains(config, BoundKind::nbd) ? config.mlp.batch : 1;
     if (facts.poses < needed)
         throw std::runtime_error(
-            fmt::format("{}: {} training poses; allowed: at least {} for these bounds; record more "
-                        "trajectories or frames",
+            fmt::format("{}: {} training poses; allowed: at least {} for these bounds; "
+                        "record more trajectories or frames",
                         recording.path().string(), facts.poses, needed));
 
     run.enter("reading");

@@ -102,10 +102,10 @@ NbdModel move_nbd(const TreeFile& trained, const SurfaceBody& body, const Sphere
     const std::vector<float> moved = move_vertices(trained, body, representatives);
     const float most = *std::max_element(moved.begin(), moved.end()), radius = trained.tree.spheres.rest[0].r;
     if (most > 0.1f * radius)
-        throw std::invalid_argument(fmt::format(
-            "a representative is {:.3g} m from the surface's nearest vertex; allowed: a tenth of the "
-            "body's radius, which is {:.3g} m; is this another surface?",
-            most, radius));
+        throw std::invalid_argument(
+            fmt::format("a representative is {:.3g} m from the surface's nearest vertex; allowed: "
+                        "a tenth of the body's radius, which is {:.3g} m; is this another surface?",
+                        most, radius));
     model.modes.X = body.X(representatives, Eigen::all);
     for (std::size_t i = 0; i < spheres.rest.size(); ++i) {
         const Sphere &before = trained.tree.spheres.rest[i], &after = spheres.rest[i];

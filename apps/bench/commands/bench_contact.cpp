@@ -84,8 +84,9 @@ void run(const ContactArguments& arguments, Output& out) {
 void add_bench_contact(CLI::App& app, Output& out) {
     auto arguments = std::make_shared<ContactArguments>();
     CLI::App* command = app.add_subcommand("contact",
-                                           "Runs scenes as they are, with `self_contact` and with "
-                                           "`intersection_free`, and counts what went wrong");
+                                           "Runs scenes as they are, "
+                                           "with `self_contact` and with `intersection_free`, "
+                                           "and counts what went wrong");
     command->add_option("SCENES", arguments->scenes, "Scene files")->required();
     command
         ->add_option("--seeds", arguments->config.seeds, "Runs of each scene; all but the first are jittered")

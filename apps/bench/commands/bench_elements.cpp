@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "apps/bench/commands/bench_commands.hpp"
-#include "apps/bench/elements/element_table.hpp"
+#include "apps/bench/elements/element_study.hpp"
 #include "apps/cli/mesh_file.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"

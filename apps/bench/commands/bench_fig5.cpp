@@ -1,10 +1,9 @@
 #include <memory>
 
 #include "apps/bench/commands/bench_commands.hpp"
-#include "apps/bench/commands/bench_options.hpp"
-#include "apps/bench/measure/machine.hpp"
+#include "apps/bench/measure/measure.hpp"
 #include "apps/bench/pairs/own_methods.hpp"
-#include "apps/bench/pairs/race_table.hpp"
+#include "apps/bench/pairs/race.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "apps/drawing/chart.hpp"
@@ -75,8 +74,8 @@ void add_bench_fig5(CLI::App& bench, Output& out) {
     CLI::App* command =
         bench.add_subcommand("fig5", "The paper's figure 5: total, update and collision time by faces");
     command->footer(
-        "SCENE is what `nbdtree simulate` recorded of two copies of the first body; the frames in which "
-        "they\n"
+        "SCENE is what `nbdtree simulate` recorded of two copies of the first body; "
+        "the frames in which they\n"
         "touch are asked for on each body's surface.");
     command->add_option("SCENE", arguments->recording, "Recording of a scene of two bodies")->required();
     add_bodies(*command, arguments->bodies);

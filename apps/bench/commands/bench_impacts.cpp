@@ -5,7 +5,7 @@
 
 #include "apps/bench/commands/bench_commands.hpp"
 #include "apps/bench/exactness/impact_checks.hpp"
-#include "apps/bench/measure/machine.hpp"
+#include "apps/bench/measure/measure.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "meshing/h5/atomic_file.hpp"
@@ -47,8 +47,8 @@ void run(const ImpactsArguments& arguments, Output& out) {
                          "queries");
         });
     out.text(
-        fmt::format("random motion: {} queries, {} come too near in {} samples: {} missed, {} late; {} "
-                    "reported, {} ran out of iterations, {:.2g} of the step before the sample",
+        fmt::format("random motion: {} queries, {} come too near in {} samples: {} missed, {} late; "
+                    "{} reported, {} ran out of iterations, {:.2g} of the step before the sample",
                     random.queries, random.collisions, arguments.samples, random.missed, random.late,
                     random.reported, random.exhausted, random.early));
     if (!arguments.csv.empty() && !scores.empty()) {

@@ -5,11 +5,10 @@
 #include <string_view>
 
 #include "apps/bench/commands/bench_commands.hpp"
-#include "apps/bench/commands/bench_options.hpp"
-#include "apps/bench/measure/machine.hpp"
+#include "apps/bench/measure/measure.hpp"
 #include "apps/bench/pairs/embree_pairs.hpp"
 #include "apps/bench/pairs/own_methods.hpp"
-#include "apps/bench/pairs/race_table.hpp"
+#include "apps/bench/pairs/race.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "apps/drawing/chart.hpp"

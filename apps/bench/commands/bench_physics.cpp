@@ -8,7 +8,6 @@
 
 #include "apps/bench/commands/bench_commands.hpp"
 #include "apps/bench/physics/physics_run.hpp"
-#include "apps/bench/physics/physics_table.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "apps/drawing/chart.hpp"
@@ -88,8 +87,8 @@ void add_bench_physics(CLI::App& app, Output& out) {
                      "Chart of that table to write, PNG: errors over the range")
         ->needs(csv);
     command->add_option("--known", arguments->known,
-                        "List of checks that do not hold, CSV: fails where one became worse or holds, and "
-                        "where another fails");
+                        "List of checks that do not hold, CSV: fails where one became worse or holds, "
+                        "and where another fails");
     command->add_option("--write-known", arguments->write_known, "Writes that list, CSV");
     command->footer(
         "One row a check: its worst case, what was found there, and whether all cases hold.\n"

@@ -125,8 +125,8 @@ void add_bench_simulate(CLI::App& app, Output& out) {
     simulate->add_option("--poisson", arguments->poisson, "Poisson's ratio; without it the body's own")
         ->check(between(0.01, 0.49));
     simulate->add_flag("--alone", arguments->alone,
-                       "Without the factorising solver, which takes minutes a step on large bodies; tells "
-                       "memory instead");
+                       "Without the factorising solver, which takes minutes a step on large bodies; "
+                       "tells memory instead");
     simulate->add_option("--threads", arguments->threads, "Threads to use; 0: all cores")
         ->check(whole_number(0, 1024))
         ->capture_default_str();

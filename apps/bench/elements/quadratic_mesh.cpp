@@ -39,12 +39,10 @@ QuadraticMesh add_midpoints(const TetMesh& mesh) {
     edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
 
     const Eigen::Index corners = mesh.X.rows();
-    QuadraticMesh result{Nodes(corners + static_cast<Eigen::Index>(edges.size()), 3),
-                         Elements<10>(mesh.T.rows(), 10)};
+    QuadraticMesh result{Nodes(corners + edges.size(), 3), Elements<10>(mesh.T.rows(), 10)};
     result.X.topRows(corners) = mesh.X;
     for (std::size_t e = 0; e < edges.size(); ++e)
-        result.X.row(corners + static_cast<Eigen::Index>(e)) =
-            0.5 * (mesh.X.row(edges[e].first) + mesh.X.row(edges[e].second));
+        result.X.row(corners + e) = 0.5 * (mesh.X.row(edges[e].first) + mesh.X.row(edges[e].second));
     result.T.leftCols<4>() = mesh.T;
     for (Eigen::Index t = 0; t < mesh.T.rows(); ++t)
         for (int k = 0; k < 6; ++k) {

@@ -9,7 +9,7 @@
 #include <list>
 
 #include "apps/bench/exactness/swept_pairs.hpp"
-#include "apps/bench/measure/machine.hpp"
+#include "apps/bench/measure/measure.hpp"
 #include "collision/kernels/kernels.hpp"
 #include "collision/query/pair_query.hpp"
 
@@ -58,7 +58,7 @@ struct Stage {
 /// Bodies have a half diagonal of about 1 there.
 Stage draw_stage(const BenchBody& body, WildPose pose, const ExactnessConfig& config, int scene) {
     const SurfaceBody& surface = body.surface;
-    CounterRandom random(config.seed, static_cast<std::uint64_t>(scene));
+    CounterRandom random(config.seed, scene);
     Stage stage;
     if (scene % 4 == 3) stage.distance = static_cast<float>(std::pow(10, random.uniform(-4, -2.5)));
     for (double overlap = random.uniform(0.02, 0.2); overlap < 0.9 && stage.truth.empty(); overlap += 0.15) {
@@ -88,11 +88,11 @@ std::vector<ExactnessRow> check_exactness(const BenchBody& body, const Exactness
     const AllKernels all;
     PairQuery query;
     for (int scene = 0; scene < config.scenes; ++scene) {
-        ExactnessRow& row = rows[static_cast<std::size_t>(scene) % rows.size()];
+        ExactnessRow& row = rows[scene % rows.size()];
         const Stage stage = draw_stage(body, row.pose, config, scene);
         ++row.scenes;
         row.touching += !stage.truth.empty();
-        row.pairs += static_cast<long>(stage.truth.size());
+        row.pairs += stage.truth.size();
         for (const Kernels* form : all.forms()) {
             use_kernels(*form);
             for (Couple& couple : couples) {

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "apps/bench/measure/median.hpp"
+#include "apps/bench/measure/measure.hpp"
 #include "collision/base/counter_random.hpp"
 #include "collision/base/stopwatch.hpp"
 
@@ -127,7 +127,7 @@ RandomImpacts check_random_impacts(long count, int samples, std::uint64_t seed,
     RandomImpacts result{.queries = count};
     for (long q = 0; q < count; ++q) {
         if (q % often == 0) done(q);
-        CounterRandom random(seed, static_cast<std::uint64_t>(q));
+        CounterRandom random(seed, q);
         const auto point = [&] {
             return Eigen::Vector3d(random.uniform(0, 1), random.uniform(0, 1), random.uniform(0, 1));
         };

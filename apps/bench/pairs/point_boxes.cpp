@@ -31,7 +31,7 @@ void PointBoxes::add(std::span<const int> points) {
             floats_.push_back(3 * p);
         else
             with_last_.push_back(size());
-    ends_.push_back(static_cast<int>(floats_.size()));
+    ends_.push_back(floats_.size());
 }
 
 Box PointBoxes::box(int list, const float* x) const noexcept {

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -48,5 +49,19 @@ std::vector<RaceRow> race(const BenchBody& body, const std::vector<PairMethodEnt
 
 /// Memory of a tree with all its bounds, bytes; 0 if unknown.
 std::size_t tree_bytes(const CollisionTree& tree);
+
+/// Rows of one race, with its kind of contact and vertex order.
+struct RaceTable {
+    std::string contact;  // "light", "heavy"
+    std::string order;    // of the vertices: "file", "tree"
+    std::vector<RaceRow> rows;
+};
+
+/// CSV: a line with # that describes the machine, column names, then one line per row.
+std::string to_csv(std::span<const RaceTable> tables);
+
+/// Text table: one line per method, fastest first, with the ratio to the fastest exact method that reads the
+/// same positions.
+std::string to_text(const RaceTable& table);
 
 }  // namespace nbd

@@ -68,7 +68,7 @@ struct Meeting {
         touching = approach.touching_distance();
     }
     static ContactPlacement draw_placement(std::span<const FrameId> frames, std::uint64_t seed, int draw) {
-        CounterRandom random(seed, static_cast<std::uint64_t>(draw));
+        CounterRandom random(seed, draw);
         return draw_contact_placement(frames, random);
     }
 };
@@ -86,7 +86,7 @@ std::vector<TouchingScene> make_touching_scenes(const BenchBody& coarse, const R
     std::vector<TouchingScene> scenes;
     const float radius = coarse.tree->spheres.rest[0].r;
     const int max_draws = 50 * config.scenes;
-    for (int draw = 0; static_cast<int>(scenes.size()) < config.scenes; ++draw) {
+    for (int draw = 0; std::ssize(scenes) < config.scenes; ++draw) {
         if (draw == max_draws)
             throw std::runtime_error(
                 fmt::format("{} draws gave {} of {} scenes with {} to {} intersecting faces", draw,
@@ -126,9 +126,7 @@ std::vector<TouchingScene> recorded_scenes(const BenchBody& coarse, const Record
     const int all = touching.size();
     if (all <= most) return touching;
     std::vector<TouchingScene> chosen;
-    for (int i = 0; i < most; ++i)
-        chosen.push_back(std::move(
-            touching[static_cast<std::size_t>(i) * touching.size() / static_cast<std::size_t>(most)]));
+    for (int i = 0; i < most; ++i) chosen.push_back(std::move(touching[i * touching.size() / most]));
     return chosen;
 }
 

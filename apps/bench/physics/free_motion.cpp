@@ -49,8 +49,7 @@ PhysicsOutcome sag(const PhysicsCase& c) {
     const Eigen::SparseMatrix<double> whole = M + (h * h + h * beta) * K;
     for (int column = 0; column < whole.outerSize(); ++column)
         for (Eigen::SparseMatrix<double>::InnerIterator it(whole, column); it; ++it)
-            if (!is_pinned[static_cast<std::size_t>(it.row() / 3)] &&
-                !is_pinned[static_cast<std::size_t>(it.col() / 3)])
+            if (!is_pinned[it.row() / 3] && !is_pinned[it.col() / 3])
                 entries.emplace_back(it.row(), it.col(), it.value());
     for (const int node : pinned)
         for (int k = 0; k < 3; ++k) entries.emplace_back(3 * node + k, 3 * node + k, 1.0);
@@ -289,8 +288,8 @@ std::vector<PhysicsCheck> free_motion_checks() {
                       .run = [](const PhysicsCase& c) { return spin(c, TimeIntegrator::bdf2); }});
     checks.push_back({.name = "spin_damped",
                       .section = 1,
-                      .truth = "Damping of stiffness takes no angular momentum: a tumbling brick has as much "
-                               "after 1,000 steps as without damping.",
+                      .truth = "Damping of stiffness takes no angular momentum: "
+                               "a tumbling brick has as much after 1,000 steps as without damping.",
                       .quantity = "angular momentum, share of the first",
                       .allowed = 1e-4,
                       .parameter = "stiffness damping, s",

@@ -168,16 +168,15 @@ std::vector<PhysicsCase> falling_balls() {
 
 std::vector<PhysicsCheck> impact_checks() {
     std::vector<PhysicsCheck> checks;
-    checks.push_back(
-        {.name = "bar_wall_time",
-         .section = 3,
-         .truth = "A bar that hits a frictionless wall lengthwise touches it for 2 L / c, in 100 steps "
-                  "(waves in one dimension).",
-         .quantity = "time over 2 L / c",
-         .allowed = 0.03,
-         .parameter = {},
-         .cases = hitting_bars(),
-         .run = [](const PhysicsCase& c) { return relative_outcome(hit_wall(c).lasted, 1); }});
+    checks.push_back({.name = "bar_wall_time",
+                      .section = 3,
+                      .truth = "A bar that hits a frictionless wall lengthwise touches it for 2 L / c, "
+                               "in 100 steps (waves in one dimension).",
+                      .quantity = "time over 2 L / c",
+                      .allowed = 0.03,
+                      .parameter = {},
+                      .cases = hitting_bars(),
+                      .run = [](const PhysicsCase& c) { return relative_outcome(hit_wall(c).lasted, 1); }});
     checks.push_back({.name = "bar_wall_speed",
                       .section = 3,
                       .truth = "It leaves the wall as fast as it came.",

@@ -14,7 +14,7 @@ std::vector<PhysicsCase> all_cases(const PhysicsRange& range, int thinning,
     std::vector<PhysicsCase> cases;
     const auto add = [&](PhysicsCase c) {
         if (allowed && !allowed(c)) return;
-        c.quick = cases.size() % static_cast<std::size_t>(thinning) == 0;
+        c.quick = cases.size() % thinning == 0;
         cases.push_back(std::move(c));
     };
     const std::vector<bool> far =

@@ -238,8 +238,8 @@ std::vector<PhysicsCheck> rest_checks() {
             {.size = 0.1, .dt = 1e-2, .young = 2e5, .intersection_free = mode, .parameter = 600});
     checks.push_back({.name = "arch",
                       .section = 2,
-                      .truth = "An arch of seven wedges, a third as thick as its radius, stands by friction "
-                               "alone (Couplet).",
+                      .truth = "An arch of seven wedges, a third as thick as its radius, "
+                               "stands by friction alone (Couplet).",
                       .quantity = "way of the keystone in a minute over the radius",
                       .allowed = 1e-3,
                       .parameter = {},

@@ -6,8 +6,8 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "apps/bench/physics/physics_bar.hpp"
 #include "apps/bench/physics/physics_check.hpp"
+#include "apps/bench/physics/physics_shapes.hpp"
 #include "apps/bench/physics/physics_world.hpp"
 #include "sim/fem/modes.hpp"
 
@@ -44,7 +44,7 @@ std::vector<double> bending_frequencies(double L, double a, const Material& m, i
     std::vector<double> found;
     const double step = 0.002 * std::numbers::pi * std::sqrt(E / m.density) / L;
     double omega = step, before = determinant(omega);
-    while (static_cast<int>(found.size()) < count) {
+    while (std::ssize(found) < count) {
         const double next = determinant(omega + step);
         if (before * next < 0) {
             double low = omega, high = omega + step;
@@ -132,9 +132,8 @@ std::vector<PhysicsCheck> ringing_checks() {
     checks.push_back(
         {.name = "bar_frequencies",
          .section = 1,
-         .truth =
-             "A free bar of ten to one, its surface of four cells across, has the ten lowest frequencies "
-             "of a Timoshenko beam, Saint-Venant's torsion and sound.",
+         .truth = "A free bar of ten to one, its surface of four cells across, "
+                  "has the ten lowest frequencies of a Timoshenko beam, Saint-Venant's torsion and sound.",
          .quantity = "frequency, Hz",
          .allowed = 0.03,
          .parameter = "Poisson's ratio",

@@ -4,7 +4,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "apps/bench/physics/physics_bar.hpp"
 #include "apps/bench/physics/physics_check.hpp"
 #include "apps/bench/physics/physics_shapes.hpp"
 #include "apps/bench/physics/physics_world.hpp"
@@ -182,16 +181,15 @@ std::vector<PhysicsCheck> stiffness_checks() {
         range.variants = {std::move(variant)};
         return range;
     };
-    checks.push_back(
-        {.name = "cantilever",
-         .section = 4,
-         .truth = "A cantilever of ten to one, its surface of four cells across, sags by its weight as "
-                  "Timoshenko's beam.",
-         .quantity = "sag under a thousandth of m/s2, m",
-         .allowed = 0.03,
-         .parameter = "Poisson's ratio",
-         .cases = bars,
-         .run = cantilever});
+    checks.push_back({.name = "cantilever",
+                      .section = 4,
+                      .truth = "A cantilever of ten to one, its surface of four cells across, "
+                               "sags by its weight as Timoshenko's beam.",
+                      .quantity = "sag under a thousandth of m/s2, m",
+                      .allowed = 0.03,
+                      .parameter = "Poisson's ratio",
+                      .cases = bars,
+                      .run = cantilever});
     checks.push_back({.name = "cantilever_of_cad",
                       .section = 4,
                       .truth = "The same from the twelve triangles of CAD (or `told_one_across` holds).",

@@ -1,6 +1,5 @@
 // What the program must say of scenes that go wrong, on standard error.
 #include <fmt/format.h>
-#include <stdlib.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -13,6 +12,7 @@
 #include "apps/bench/physics/physics_check.hpp"
 #include "apps/bench/physics/physics_shapes.hpp"
 #include "meshing/formats/write_surface.hpp"
+#include "meshing/h5/atomic_file.hpp"
 
 namespace nbd {
 namespace {
@@ -26,26 +26,6 @@ fs::path program() {
         throw std::runtime_error(fmt::format("{}: missing; this check runs it", beside.string()));
     return beside;
 }
-
-/// A folder that is removed at the end.
-class Folder {
- public:
-    Folder() {
-        std::string name = (fs::temp_directory_path() / "nbdtree_physics_XXXXXX").string();
-        if (!mkdtemp(name.data())) throw std::runtime_error(fmt::format("{}: cannot be made", name));
-        path_ = name;
-    }
-    ~Folder() {
-        std::error_code ignored;
-        fs::remove_all(path_, ignored);
-    }
-    Folder(const Folder&) = delete;
-    Folder& operator=(const Folder&) = delete;
-    const fs::path& path() const { return path_; }
-
- private:
-    fs::path path_;
-};
 
 /// What `nbdtree COMMAND scene.json` prints to standard error.
 std::string says(const fs::path& folder, const std::string& command) {
@@ -102,7 +82,7 @@ PhysicsOutcome told(bool is_told, std::string text) {
 /// Writes a unit cube and the scene, runs it and looks for the word. command: simulate or validate.
 PhysicsOutcome run_scene(const std::string& scene, const std::string& word, const std::string& command,
                          const TriMesh& surface = box_surface({1, 1, 1}, {2, 2, 2})) {
-    const Folder folder;
+    const h5::ScratchFolder folder;
     write_surface(folder.path() / "body.obj", surface.X, surface.F);
     std::ofstream(folder.path() / "scene.json") << scene;
     const std::string text =

@@ -7,7 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "apps/bench/measure/machine.hpp"
+#include "apps/bench/measure/measure.hpp"
 #include "apps/cli/scene_files.hpp"
 #include "apps/simulate/film.hpp"
 #include "collision/base/counter_random.hpp"
@@ -83,10 +83,7 @@ constexpr double ContactRun::*means[]{
 
 void jitter(SceneSpec& spec, int seed, double by) {
     for (std::size_t b = 0; b < spec.bodies.size(); ++b)
-        for (int k = 0; k < 3; ++k)
-            spec.bodies[b].velocity[k] +=
-                by *
-                (2 * counter_uniform(static_cast<std::uint64_t>(seed), b, static_cast<std::uint64_t>(k)) - 1);
+        for (int k = 0; k < 3; ++k) spec.bodies[b].velocity[k] += by * (2 * counter_uniform(seed, b, k) - 1);
 }
 
 std::vector<TriMesh> surfaces_of(const World& world) {
@@ -123,7 +120,7 @@ ContactRun run_once(const SceneSpec& spec, std::span<const LoadedBody> bodies, C
                     const ContactRunConfig& config, Output& out) {
     World world = build_world(spec, bodies);
     run.bodies = world.body_count();
-    for (int b = 0; b < world.body_count(); ++b) run.faces += static_cast<int>(world.surface(b).F().rows());
+    for (int b = 0; b < world.body_count(); ++b) run.faces += world.surface(b).F().rows();
     run.planned = spec.time.frames * spec.time.steps_per_frame;
     run.least_distance = std::numeric_limits<double>::infinity();
     MomentumBalance momentum(spec, world);

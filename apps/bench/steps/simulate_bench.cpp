@@ -4,17 +4,94 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <numbers>
 #include <optional>
+#include <string>
+#include <vector>
 
-#include "apps/bench/measure/machine.hpp"
-#include "apps/bench/measure/median.hpp"
-#include "apps/bench/steps/simulate_scenes.hpp"
+#include "apps/bench/measure/measure.hpp"
 #include "apps/bench/steps/textbook_assembly.hpp"
 #include "collision/base/stopwatch.hpp"
+#include "meshing/body/body.hpp"
 #include "meshing/h5/atomic_file.hpp"
+#include "sim/world/world.hpp"
 
 namespace nbd {
 namespace {
+
+/// A scene to time the solvers on. Sound crosses the body in ten steps.
+struct SimulateScene {
+    std::string name;
+    WorldBody body;
+    std::vector<Obstacle> obstacles;
+    Eigen::Vector3d gravity = Eigen::Vector3d::Zero();
+    double dt = 0;  // seconds
+
+    World world(const LinearSolveConfig& linear) const;
+};
+
+/// Nodes within a `share` of the body's length from one of its ends along an axis.
+std::vector<int> end_nodes(const Nodes& X, int axis, bool upper, double share) {
+    const double low = X.col(axis).minCoeff(), high = X.col(axis).maxCoeff();
+    std::vector<int> nodes;
+    for (int i = 0; i < X.rows(); ++i) {
+        const double along = (X(i, axis) - low) / (high - low);
+        if (upper ? along > 1 - share : along < share) nodes.push_back(i);
+    }
+    return nodes;
+}
+
+World SimulateScene::world(const LinearSolveConfig& linear) const {
+    WorldConfig config;
+    config.gravity = gravity;
+    config.linear = linear;
+    World result(config);
+    result.add_body(body);
+    for (const Obstacle& obstacle : obstacles) result.add_obstacle(obstacle);
+    return result;
+}
+
+/// `fly`: a free body that spins and shears; `twist`: a body held at both ends of its longest axis, one of
+/// which makes half a turn; `drop`: a body thrown onto a floor.
+std::vector<SimulateScene> simulate_scenes(const Body& body,
+                                           const std::shared_ptr<const ElasticBody>& elastic) {
+    const Nodes X = body.tets.X.rowwise() - body.tets.X.colwise().mean();
+    const Material material = mean_material(body);
+    const double length = (X.colwise().maxCoeff() - X.colwise().minCoeff()).norm(),
+                 speed = std::sqrt(material.young / material.density), time = length / speed;
+    SimulateScene still{.name = {},
+                        .body = {.elastic = elastic, .W = body.W, .F = body.surface.F},
+                        .obstacles = {},
+                        .dt = 0.1 * time};
+    still.body.state = {X, Nodes::Zero(X.rows(), 3)};
+    std::vector<SimulateScene> scenes(3, still);
+
+    SimulateScene& fly = scenes[0];
+    fly.name = "fly";
+    const double rate = 0.5 / time;
+    Eigen::Matrix3d gradient;
+    gradient << 0.4, -1, 0.8, 1, -0.4, 0, 0.2, 0, 0;
+    fly.body.state.v = X * (rate * gradient).transpose();
+
+    SimulateScene& twist = scenes[1];
+    twist.name = "twist";
+    Eigen::Index axis = 0;
+    (X.colwise().maxCoeff() - X.colwise().minCoeff()).maxCoeff(&axis);
+    const int along = axis;
+    twist.body.grips = {{.nodes = end_nodes(X, along, false, 0.1)},
+                        {.nodes = end_nodes(X, along, true, 0.1),
+                         .rotation = std::numbers::pi * Eigen::Vector3d::Unit(along),
+                         .duration = 60 * twist.dt}};
+
+    SimulateScene& drop = scenes[2];
+    drop.name = "drop";
+    drop.gravity = {0, 0, -9.81};
+    drop.body.state.v.col(2).setConstant(-0.3 * speed);
+    drop.obstacles = {{.shape = PlaneShape{.point = {0, 0, X.col(2).minCoeff() - 0.02 * length},
+                                           .normal = Eigen::Vector3d::UnitZ()}}};
+    return scenes;
+}
 
 double milliseconds(auto&& work) {
     const Stopwatch watch;

@@ -5,7 +5,6 @@
 
 #include "apps/check/check_file.hpp"
 #include "apps/cli/output_paths.hpp"
-#include "apps/dataset/begin_dataset.hpp"
 #include "apps/dataset/card.hpp"
 #include "apps/dataset/hold_out.hpp"
 #include "apps/dataset/plan.hpp"

@@ -1,4 +1,4 @@
-#include "apps/bench/commands/bench_options.hpp"
+#include "apps/bench/commands/bench_commands.hpp"
 
 #include "apps/cli/option_checks.hpp"
 

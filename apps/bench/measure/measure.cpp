@@ -1,4 +1,4 @@
-#include "apps/bench/measure/machine.hpp"
+#include "apps/bench/measure/measure.hpp"
 
 #include <fmt/format.h>
 #include <malloc.h>
