@@ -13,10 +13,12 @@ commands, in this order:
   option and named choice is in its --help.
 - A block marked ```python runs where the modules that it imports are installed.
 - A relative link in any .md file of the project must lead to a file, and to a heading where it names one.
+- Each table and picture of apps/results is named by a page and by a row of provenance.csv; what apps/results/make runs is checked, too.
 
 Prints each command with its seconds; stops at the first failure with page and line, exit status 1.
 """
 import argparse
+import csv
 import importlib.util
 import json
 import os
@@ -149,7 +151,7 @@ def check_ours(words, help_of):
 def check_other(words, folder):
     """A command that is not ours: a file of the project, or a known program."""
     program = words[0]
-    if program.startswith("python") and len(words) > 1 and words[1].endswith(".py"):
+    if Path(program).name.startswith("python") and len(words) > 1 and words[1].endswith(".py"):
         program = words[1]
     if "/" in program:
         if not (folder / program).is_file():
@@ -326,6 +328,37 @@ def check_links(page, source):
             raise Failure(f"{where}: the page {path.name} has no heading for #{heading}")
 
 
+def check_results(source):
+    """Tables and pictures of apps/results: a page names each, and provenance.csv has a row for each and no other. Returns their number."""
+    results = source / "apps" / "results"
+    texts = [(source / page).read_text() for page in all_markdown(source)]
+    files = {str(path.relative_to(results)) for path in results.rglob("*") if path.suffix in (".csv", ".png")} - {"provenance.csv"}
+    for name in sorted(files):
+        if not any(f"results/{name})" in text for text in texts):
+            raise Failure(f"apps/results/{name}: no page links to it")
+    with (results / "provenance.csv").open(newline="") as table:
+        rows = list(csv.DictReader(table))
+    for row in rows:
+        if not all(row.values()) or not (results / row["file"]).is_file():
+            raise Failure(f"apps/results/provenance.csv: the row of {row['file']} has an empty cell, or there is no such file")
+    if without := sorted(files - {row["file"] for row in rows}):
+        raise Failure(f"apps/results/provenance.csv: has no row for {without[0]}")
+    return len(files)
+
+
+def check_stages(help_of, folder):
+    """The commands of apps/results/make: those of our programs, and the scripts that it starts. Returns their number."""
+    listed = subprocess.run([sys.executable, folder / "apps/results/make", "--list"], check=True, capture_output=True, text=True).stdout
+    commands = [words for line in listed.splitlines() if line.startswith("      ") for words in simple_commands(line)]
+    ours = [words for words in commands if words[0] in OURS or "/" in words[0] or words[0].startswith("python")]
+    for words in ours:
+        try:
+            check(shlex.join(words), help_of, folder)
+        except Failure as failure:
+            raise Failure(f"apps/results/make: {failure}") from None
+    return len(ours)
+
+
 def pages_of(source):
     docs = sorted((source / "apps" / "docs").glob("*.md"), key=lambda path: (path.name != "README.md", path.name))
     results = source / "apps" / "results" / "README.md"
@@ -354,6 +387,7 @@ def main():
         for page in links:
             check_links(page, source)
         print(f"links of {len(links)} pages lead somewhere")
+        print(f"{check_results(source)} tables and pictures have a page and a row of provenance.csv")
         if arguments.links:
             return 0
         if not (build / "apps" / "nbdtree").is_file():
@@ -369,6 +403,7 @@ def main():
             make_folder(folder, source, build)
             help_of = Help(dict(environment))
             print(f"{check_examples(help_of, folder)} examples in --help are right")
+            print(f"{check_stages(help_of, folder)} commands of apps/results/make are right")
             for page in pages_of(source):
                 print(f"{page}", flush=True)
                 run_page(page, source, folder, environment, help_of)

@@ -36,22 +36,23 @@ limits hold for both ends."""
 
 DOCS = "apps/docs/"
 NAVIGATION = {
-    "Start": {"Overview": "README.md", "First steps": DOCS + "first_steps.md", "How it works": DOCS + "how_it_works.md",
-              "Questions": DOCS + "faq.md"},
-    "Guides": {"Meshing": DOCS + "meshing.md", "Simulating": DOCS + "simulating.md", "Scenes": "assets/scenes/README.md",
-               "Contact": DOCS + "contact.md", "Viewing": DOCS + "viewer.md", "Datasets": DOCS + "datasets.md",
-               "Training": DOCS + "training.md", "Which bounds?": DOCS + "bounds.md", "Embedding": DOCS + "embedding.md",
-               "Python": DOCS + "python.md", "Learning": DOCS + "learning.md"},
-    "Reference": {"Scenes": "reference/scene.md", "Recipes": "reference/recipe.md", "Files": DOCS + "files.md",
-                  "File formats": DOCS + "formats.md",
+    "Start": {"nbdtree": "README.md", "First steps": DOCS + "first_steps.md", "How it works": DOCS + "how_it_works.md",
+              "Glossary": DOCS + "glossary.md", "Questions": DOCS + "faq.md"},
+    "Manual": {"Contents": DOCS + "README.md", "Simulating": DOCS + "simulating.md", "Scenes": "assets/scenes/README.md",
+               "Viewing": DOCS + "viewer.md", "Meshing": DOCS + "meshing.md", "Datasets": DOCS + "datasets.md",
+               "Training": DOCS + "training.md", "Which bounds?": DOCS + "bounds.md", "Python": DOCS + "python.md",
+               "Learning": DOCS + "learning.md", "Embedding": DOCS + "embedding.md", "Files": DOCS + "files.md",
+               "File formats": DOCS + "formats.md"},
+    "Reference": {"Scenes": "reference/scene.md", "Recipes": "reference/recipe.md",
                   "Python": "reference/python.md", "C++": "reference/cpp.md"},
-    "Figures": {"The paper's and ours": DOCS + "paper.md", "Accuracy": DOCS + "accuracy.md", "Coverage": DOCS + "coverage.md",
-                "Speed of queries": DOCS + "speed.md", "Speed of steps": DOCS + "steps.md", "Physics": DOCS + "physics.md",
-                "What is tested": DOCS + "checks.md", "What did not pay": DOCS + "what_did_not_pay.md",
-                "Sources": DOCS + "sources.md", "Results": "apps/results/README.md"},
-    "Project": {"Contributing": "CONTRIBUTING.md", "Change log": "CHANGELOG.md", "Collision": "collision/README.md",
-                "Meshing": "meshing/README.md", "Simulator": "sim/README.md", "Training": "training/README.md",
-                "Programs": "apps/README.md", "Tests": "tests/README.md"},
+    "Evidence": {"Questions": DOCS + "evidence.md", "Accuracy": DOCS + "accuracy.md", "Coverage": DOCS + "coverage.md",
+                 "Speed of queries": DOCS + "speed.md", "Speed of steps": DOCS + "steps.md", "Physics": DOCS + "physics.md",
+                 "Contact": DOCS + "contact.md", "Tests": DOCS + "checks.md", "Attacks": "tests/RELIABILITY.md",
+                 "What did not pay": DOCS + "what_did_not_pay.md", "Sources": DOCS + "sources.md",
+                 "Results": "apps/results/README.md"},
+    "Project": {"Architecture": DOCS + "architecture.md", "Contributing": "CONTRIBUTING.md", "Change log": "CHANGELOG.md",
+                "Collision": "collision/README.md", "Meshing": "meshing/README.md", "Simulator": "sim/README.md",
+                "Training": "training/README.md", "Programs": "apps/README.md", "Tests": "tests/README.md"},
 }
 
 
