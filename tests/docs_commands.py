@@ -13,6 +13,7 @@ commands, in this order:
   option and named choice is in its --help.
 - A block marked ```python runs where the modules that it imports are installed.
 - A relative link in any .md file of the project must lead to a file, and to a heading where it names one.
+- A path of a source file in code marks, from the project's folder or the page's, must be there; in the change log it need not.
 - Each table and picture of apps/results is named by a page and by a row of provenance.csv; what apps/results/make runs is checked, too.
 
 Prints each command with its seconds; stops at the first failure with page and line, exit status 1.
@@ -328,6 +329,15 @@ def check_links(page, source):
             raise Failure(f"{where}: the page {path.name} has no heading for #{heading}")
 
 
+def check_paths(page, source):
+    """Paths of source files in the text, such as `sim/world/world.hpp`."""
+    text = (source / page).read_text()
+    for path in re.finditer(r"`((?:apps|assets|collision|meshing|sim|tests|training)/[\w/.-]+\.(?:hpp|cpp|inl|py|json))[`:]", text):
+        folders = (source, source / page.parent)
+        if "NAME" not in path.group(1) and not any((folder / path.group(1)).is_file() for folder in folders):
+            raise Failure(f"{page}:{text.count(chr(10), 0, path.start()) + 1}: there is no {path.group(1)}")
+
+
 def check_results(source):
     """Tables and pictures of apps/results: a page names each, and provenance.csv has a row for each and no other. Returns their number."""
     results = source / "apps" / "results"
@@ -386,6 +396,8 @@ def main():
         links = list(all_markdown(source))
         for page in links:
             check_links(page, source)
+            if page.name != "CHANGELOG.md":
+                check_paths(page, source)
         print(f"links of {len(links)} pages lead somewhere")
         print(f"{check_results(source)} tables and pictures have a page and a row of provenance.csv")
         if arguments.links:
