@@ -86,7 +86,7 @@ double bent_edges(const TriMesh& surface, double degrees) {
             bent += !is_new && normal.dot(edge->second) < std::cos(degrees * std::numbers::pi / 180);
         }
     }
-    return bent / static_cast<double>(normals.size());
+    return double(bent) / normals.size();
 }
 
 TEST(Moloch, IsADetailedSurfaceThatBoundsASolid) {

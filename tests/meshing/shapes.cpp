@@ -19,7 +19,7 @@ TriMesh as_from_file(TriMesh mesh) {
 TriMesh joined(const TriMesh& a, const TriMesh& b) {
     TriMesh both{Nodes(a.X.rows() + b.X.rows(), 3), Faces(a.F.rows() + b.F.rows(), 3)};
     both.X << a.X, b.X;
-    both.F << a.F, (b.F.array() + static_cast<int>(a.X.rows())).matrix();
+    both.F << a.F, (b.F.array() + int(a.X.rows())).matrix();
     return both;
 }
 

@@ -1,11 +1,14 @@
 #include "tests/meshing/surface_files.hpp"
 
+#include <gtest/gtest.h>
+
 #include <cstdint>
 #include <cstring>
 #include <sstream>
 
 #include "meshing/formats/read_surface.hpp"
 #include "tests/support/error_of.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace nbd::test {
 namespace {
@@ -125,6 +128,14 @@ std::string glb_file(const TriMesh& mesh, const std::string& node) {
 
 std::string reading_error(const std::filesystem::path& path) {
     return error_of([&] { read_surface(path); });
+}
+
+void expect_refused(const std::string& name, const Refusals& cases) {
+    const TemporaryFolder folder;
+    for (const auto& [content, text] : cases) {
+        const std::string error = reading_error(folder.write(name, content));
+        EXPECT_NE(error.find(text), std::string::npos) << "\"" << error << "\" without \"" << text << '"';
+    }
 }
 
 Nodes corner_positions(const TriMesh& mesh) {

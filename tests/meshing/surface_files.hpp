@@ -2,6 +2,8 @@
 
 #include <filesystem>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "meshing/surface/mesh.hpp"
 
@@ -25,6 +27,12 @@ std::string glb_file(const TriMesh& mesh, const std::string& node = "");
 
 /// What read_surface() says of a file; empty if it reads it.
 std::string reading_error(const std::filesystem::path& path);
+
+/// Contents of a file, and what read_surface() says of it, in part.
+using Refusals = std::vector<std::pair<std::string, std::string>>;
+
+/// Expects all of these of a file of this name.
+void expect_refused(const std::string& name, const Refusals& cases);
 
 /// Positions of all corners in face order, independent of the numbering of the vertices.
 Nodes corner_positions(const TriMesh& mesh);

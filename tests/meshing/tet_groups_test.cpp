@@ -46,18 +46,11 @@ bool in_middle(const TetMesh& tets, int t) {
     return x > 1 && x < 2;
 }
 
-class TetGroups : public ::testing::TestWithParam<std::pair<double, bool>> {
- protected:
-    test::TemporaryFolder folder_;
-};
-
-class TetGroupsOfAPart : public ::testing::Test {
- protected:
-    test::TemporaryFolder folder_;
-};
+class TetGroups : public ::testing::TestWithParam<std::pair<double, bool>> {};
 
 TEST_P(TetGroups, AreReadFromGmsh) {
-    const auto path = folder_.path() / "bar.msh";
+    const test::TemporaryFolder folder;
+    const auto path = folder / "bar.msh";
     write_bar(path, GetParam().first, GetParam().second, true, false);
     std::vector<TetGroup> groups;
     const TetMesh tets = read_tets(path, nullptr, &groups);
@@ -72,8 +65,9 @@ TEST_P(TetGroups, AreReadFromGmsh) {
     }
 }
 
-TEST_F(TetGroupsOfAPart, AreReadFromGmsh) {
-    const auto path = folder_.path() / "bar.msh";
+TEST(TetGroupsOfAPart, AreReadFromGmsh) {
+    const test::TemporaryFolder folder;
+    const auto path = folder / "bar.msh";
     write_bar(path, 4.1, true, false, true);
     std::vector<TetGroup> groups;
     const TetMesh tets = read_tets(path, nullptr, &groups);

@@ -114,7 +114,7 @@ TEST(Tetrahedralize, RejectsInputThatGmshAcceptsSilentlyOrCrashesOn) {
     nested.X.conservativeResize(nested.X.rows() + 8, 3);
     nested.X.bottomRows(8) = inner.X.rowwise() + Eigen::RowVector3d(0.4, 0.4, 0.4);
     nested.F.conservativeResize(nested.F.rows() + 12, 3);
-    nested.F.bottomRows(12) = inner.F.array() + static_cast<int>(nested.X.rows() - 8);
+    nested.F.bottomRows(12) = inner.F.array() + int(nested.X.rows() - 8);
     nested.F.bottomRows(12).col(0).swap(nested.F.bottomRows(12).col(1));
     EXPECT_TRUE(error_of(nested).starts_with("gmsh")) << error_of(nested);
 

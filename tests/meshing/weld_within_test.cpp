@@ -2,10 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 
 #include "meshing/surface/check_surface.hpp"
 #include "meshing/surface/solid_boundary.hpp"
+#include "meshing/surface/turn_outward.hpp"
+#include "meshing/surface/vertex_gap.hpp"
+#include "meshing/surface/winding.hpp"
 #include "tests/meshing/shapes.hpp"
 #include "tests/support/error_of.hpp"
 
@@ -92,6 +96,95 @@ TEST(WeldWithin, DropsFacesThatCollapse) {
     EXPECT_EQ(welded.F.rows(), 320 - report.dropped_faces);
     for (int f = 0; f < welded.F.rows(); ++f) EXPECT_NE(welded.F(f, 0), welded.F(f, 1));
     EXPECT_NE(test::error_of([&] { weld_within(icosphere(0), 0, report); }), "");
+}
+
+TriMesh inside_out(TriMesh mesh) {
+    mesh.F.col(1).swap(mesh.F.col(2));
+    return mesh;
+}
+
+TEST(TurnOutward, TurnsASurfaceThatIsInsideOut) {
+    TriMesh mesh = inside_out(icosphere(1));
+    EXPECT_EQ(turn_outward(mesh), 80);
+    EXPECT_EQ(mesh.F, icosphere(1).F);
+    EXPECT_EQ(turn_outward(mesh), 0);
+}
+
+TEST(TurnOutward, TurnsSingleFacesAndEachPart) {
+    TriMesh mesh = joined(icosphere(1), moved(inside_out(icosphere(1)), 5, 0, 0));
+    std::swap(mesh.F(3, 0), mesh.F(3, 1));
+    EXPECT_EQ(turn_outward(mesh), 81);
+    EXPECT_EQ(turn_outward(mesh), 0);
+}
+
+TEST(TurnOutward, TurnsTheWallOfAHollowIntoIt) {
+    TriMesh mesh = joined(icosphere(1), moved(icosphere(1), 0, 0, 0, 0.5));
+    EXPECT_EQ(turn_outward(mesh), 80);
+    EXPECT_EQ(mesh.F.topRows(80), icosphere(1).F);
+}
+
+TEST(TurnOutward, LeavesOpenSurfacesAlone) {
+    TriMesh mesh = inside_out(icosphere(1));
+    mesh.F.conservativeResize(79, 3);
+    const Faces before = mesh.F;
+    EXPECT_EQ(turn_outward(mesh), 0);
+    EXPECT_EQ(mesh.F, before);
+}
+
+TEST(Containment, TellsWhatLiesWithin) {
+    const TriMesh large = moved(torus(2, 1, 24, 16), 0, 0, 0), small = moved(icosphere(1), 2, 0, 0, 0.5),
+                  beside = moved(icosphere(1), 0, 0, 0, 0.5), away = moved(icosphere(1), 9, 0, 0, 0.5);
+    EXPECT_EQ(containment(small, large), Containment::whole);
+    EXPECT_EQ(containment(inside_out(small), inside_out(large)), Containment::whole);
+    EXPECT_EQ(containment(large, small), Containment::none);
+    EXPECT_EQ(containment(beside, large), Containment::none) << "in the hole of the torus";
+    EXPECT_EQ(containment(joined(small, away), large), Containment::some_parts);
+    TriMesh open = large;
+    open.F.conservativeResize(open.F.rows() - 1, 3);
+    EXPECT_EQ(containment(small, open), Containment::none) << "an open surface has no inside";
+}
+
+/// The same by a fine grid of points.
+double gap_of_samples(const TriMesh& face) {
+    constexpr int n = 400;
+    double largest = 0;
+    for (int i = 0; i <= n; ++i)
+        for (int j = 0; i + j <= n; ++j) {
+            const Eigen::RowVector3d p =
+                (i * face.X.row(0) + j * face.X.row(1) + (n - i - j) * face.X.row(2)) / n;
+            largest = std::max(largest, (face.X.rowwise() - p).rowwise().norm().minCoeff());
+        }
+    return largest;
+}
+
+TEST(VertexGap, IsTheLargestDistanceOfAPointOfAFaceFromItsVertices) {
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> at(-1, 1);
+    int obtuse = 0;
+    for (int k = 0; k < 50; ++k) {
+        TriMesh face{Nodes(3, 3), Faces(1, 3)};
+        face.F << 0, 1, 2;
+        for (double& x : face.X.reshaped()) x = at(random);
+        const double gap = vertex_gap(face), found = gap_of_samples(face);
+        double longest = 0;
+        for (int i = 0; i < 3; ++i) {
+            const Eigen::RowVector3d u = face.X.row((i + 1) % 3) - face.X.row(i),
+                                     v = face.X.row((i + 2) % 3) - face.X.row(i);
+            longest = std::max(longest, u.norm());
+            obtuse += u.dot(v) < 0;
+        }
+        EXPECT_LE(found, gap * (1 + 1e-12));
+        EXPECT_GE(found, gap - 0.01 * longest);
+        EXPECT_LE(gap, longest / std::sqrt(3.0));
+    }
+    EXPECT_GT(obtuse, 10);
+    EXPECT_LT(obtuse, 45);
+}
+
+TEST(VertexGap, IsThatOfTheCoarsestFace) {
+    EXPECT_NEAR(vertex_gap(test::box(4, 1, 1, 1)), std::sqrt(17.0) / 2, 1e-12);
+    EXPECT_NEAR(vertex_gap(test::box(4, 1, 1, 2)), std::sqrt(17.0) / 4, 1e-12);
+    EXPECT_EQ(vertex_gap({}), 0);
 }
 
 }  // namespace

@@ -22,6 +22,9 @@ class FileTest : public ::testing::Test {
     const std::filesystem::path folder = own_.path();
 };
 
+/// `text` with the first `from` replaced, which it must hold.
+std::string replaced(std::string text, const std::string& from, const std::string& to);
+
 std::string read_bytes(const std::filesystem::path& path);
 
 void write_bytes(const std::filesystem::path& path, const std::string& bytes);
