@@ -3,6 +3,7 @@
 #include <utility>
 #include <vector>
 
+#include "meshing/body/make_body.hpp"
 #include "tests/support/box_mesh.hpp"
 
 namespace nbd::test {
@@ -25,7 +26,7 @@ Body boundary_body(TetMesh tets, const Material& material) {
         }
     body.surface.X = tets.X(nodes, Eigen::all);
     body.W.resize(nodes.size(), tets.X.rows());
-    for (std::size_t v = 0; v < nodes.size(); ++v) body.W.insert(static_cast<Eigen::Index>(v), nodes[v]) = 1;
+    for (std::size_t v = 0; v < nodes.size(); ++v) body.W.insert(v, nodes[v]) = 1;
     body.W.makeCompressed();
     body.tets = std::move(tets);
     return body;
@@ -35,6 +36,15 @@ Body box_body(const Eigen::Vector3d& size, const Eigen::Vector3i& cells, const M
     TetMesh tets = box_mesh(size, cells);
     tets.X.rowwise() -= size.transpose() / 2;
     return boundary_body(std::move(tets), material);
+}
+
+Body fine_box_body(const Eigen::Vector3d& size, const Eigen::Vector3i& cells, int levels,
+                   const Material& material) {
+    Body body = box_body(size, cells, material);
+    const Subdivision fine = subdivide(body.surface, SubdivisionScheme::midpoint, levels);
+    body.W = (fine.S * body.W).eval();
+    body.surface = fine.mesh;
+    return body;
 }
 
 }  // namespace nbd::test

@@ -2,13 +2,20 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Core>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
+#include "sim/fem/elastic_body.hpp"
+#include "sim/fem/modes.hpp"
+#include "tests/sim/support/one_body_world.hpp"
+#include "tests/support/box_mesh.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace nbd::test {
@@ -69,10 +76,10 @@ std::istringstream after(const std::string& text, const std::string& title) {
     return std::istringstream(text.substr(at + title.size()));
 }
 
-}  // namespace
-
-bool calculix_installed() { return std::system("command -v ccx > /dev/null 2>&1") == 0; }
-
+/// The lowest `count` elastic frequencies of the free body (no rigid modes), Hz, ascending. C3D4 integrates
+/// its mass at one point (1/16 of it in each entry), so point masses on the nodes supply the difference from
+/// the body's kind of mass. Throws std::runtime_error with CalculiX's first error message; so does
+/// calculix_displacements.
 Eigen::VectorXd calculix_frequencies(const ElasticBody& body, MassKind mass, int count) {
     constexpr int rigid = 6;
     // Consistent element mass, with 1 the matrix of ones: (1 + I) m / 20 = 0.8 (1 m / 16) + 0.2 (I m / 4).
@@ -92,7 +99,17 @@ Eigen::VectorXd calculix_frequencies(const ElasticBody& body, MassKind mass, int
     return hertz;
 }
 
-Nodes calculix_displacements(const ElasticBody& body, const StaticCase& load, bool large) {
+/// A body with fixed nodes and loads.
+struct StaticCase {
+    std::vector<int> held;                              // fixed nodes
+    Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  // m/s2
+    int pulled = 0;                                     // node that `pull` acts on
+    Eigen::Vector3d pull = Eigen::Vector3d::Zero();     // newtons
+};
+
+/// Static displacements of the nodes under the loads, [N, 3], metres. `large`: uses Green strains for large
+/// displacements (NLGEOM) instead of linear strains.
+Nodes calculix_displacements(const ElasticBody& body, const StaticCase& load, bool large = false) {
     std::string input = model(body) + "*BOUNDARY\n";
     const auto out = std::back_inserter(input);
     for (const int node : load.held) fmt::format_to(out, "{}, 1, 3\n", node + 1);
@@ -116,5 +133,89 @@ Nodes calculix_displacements(const ElasticBody& body, const StaticCase& load, bo
     }
     return u;
 }
+
+// A body clamped at the low end of its longest side and loaded across it.
+struct Clamped {
+    ElasticBody elastic;
+    Eigen::Index along = 0, across = 0;
+    double length = 0;
+    std::vector<int> held;
+
+    explicit Clamped(const Body& body) : elastic(body.tets, undamped(body.material)) {
+        const Nodes& X = body.tets.X;
+        const Eigen::RowVector3d low = X.colwise().minCoeff(), size = X.colwise().maxCoeff() - low;
+        length = size.maxCoeff(&along);
+        size.minCoeff(&across);
+        held = nodes_where(X, [&](const auto& p) { return p[along] < low[along] + 0.1 * length; });
+    }
+    static Material undamped(Material material) {
+        material.rayleigh_mass = material.rayleigh_stiffness = 0;
+        return material;
+    }
+
+    StaticCase weight(double g) const {
+        StaticCase load{.held = held};
+        load.gravity[across] = -g;
+        return load;
+    }
+    StaticCase pull(double newtons) const {
+        StaticCase load{.held = held};
+        Eigen::Index node = 0;
+        elastic.rest().X.col(along).maxCoeff(&node);
+        load.pulled = node;
+        load.pull[across] = newtons;
+        return load;
+    }
+    Nodes displacements(const StaticCase& load, int load_steps = 1, int newton_iterations = 1) const {
+        Loads loads{.gravity = load.gravity, .forces = Nodes::Zero(elastic.node_count(), 3)};
+        loads.forces.row(load.pulled) = load.pull.transpose();
+        return static_displacements(elastic, held, loads, {}, load_steps, newton_iterations);
+    }
+    Comparison compare(const StaticCase& load, const std::string& quantity) const {
+        const Nodes ours = displacements(load);
+        const Nodes theirs = calculix_displacements(elastic, load);
+        const double largest = theirs.rowwise().norm().maxCoeff();
+        return {quantity, ours.rowwise().norm().maxCoeff(), largest,
+                (ours - theirs).rowwise().norm().maxCoeff() / largest};
+    }
+};
+
+}  // namespace
+
+std::vector<Comparison> compare_frequencies(const Body& body, int count) {
+    std::vector<Comparison> rows;
+    for (const MassKind mass : {MassKind::lumped, MassKind::consistent}) {
+        const ElasticBody elastic(body.tets, body.material, mass);
+        const Eigen::VectorXd ours = vibration_modes(elastic, {.count = count}).basis.frequencies;
+        const Eigen::VectorXd theirs = calculix_frequencies(elastic, mass, count);
+        const char* name = mass == MassKind::lumped ? "lumped" : "consistent";
+        for (int i = 0; i < count; ++i)
+            rows.push_back({fmt::format("frequency {} with {} mass [Hz]", i + 1, name), ours[i], theirs[i],
+                            std::abs(ours[i] / theirs[i] - 1)});
+    }
+    return rows;
+}
+
+std::vector<Comparison> compare_deflections(const Body& body) {
+    const Clamped clamped(body);
+    const double g = 1e-3;
+    return {clamped.compare(clamped.weight(g), "deflection under weight [m]"),
+            clamped.compare(clamped.pull(g * clamped.elastic.mass()), "deflection under a pull [m]")};
+}
+
+Comparison compare_large_deflection(const Body& body, MaterialLaw law, double share) {
+    Body of_law = body;
+    of_law.material.law = law;
+    const Clamped clamped(of_law);
+    const double unit = clamped.displacements(clamped.weight(1)).rowwise().norm().maxCoeff();
+    const StaticCase load = clamped.weight(share * clamped.length / unit);
+    const Nodes ours = clamped.displacements(load, 10, 30);
+    const Nodes theirs = calculix_displacements(clamped.elastic, load, true);
+    const double largest = theirs.rowwise().norm().maxCoeff();
+    return {fmt::format("large deflection under weight ({}) [m]", name(law)),
+            ours.rowwise().norm().maxCoeff(), largest, (ours - theirs).rowwise().norm().maxCoeff() / largest};
+}
+
+bool calculix_installed() { return std::system("command -v ccx > /dev/null 2>&1") == 0; }
 
 }  // namespace nbd::test

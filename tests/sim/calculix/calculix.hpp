@@ -1,9 +1,9 @@
 #pragma once
 
-#include <Eigen/Core>
+#include <string>
 #include <vector>
 
-#include "sim/fem/elastic_body.hpp"
+#include "meshing/body/body.hpp"
 
 namespace nbd::test {
 
@@ -11,22 +11,23 @@ namespace nbd::test {
 /// linear tetrahedron.
 bool calculix_installed();
 
-/// The lowest `count` elastic frequencies of the free body (no rigid modes), Hz, ascending. C3D4 integrates
-/// its mass at one point (1/16 of it in each entry), so point masses on the nodes supply the difference from
-/// the body's kind of mass. Throws std::runtime_error with CalculiX's first error message; so does
-/// calculix_displacements.
-Eigen::VectorXd calculix_frequencies(const ElasticBody& body, MassKind mass, int count);
-
-/// A body with fixed nodes and loads.
-struct StaticCase {
-    std::vector<int> held;                              // fixed nodes
-    Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  // m/s2
-    int pulled = 0;                                     // node that `pull` acts on
-    Eigen::Vector3d pull = Eigen::Vector3d::Zero();     // newtons
+/// One quantity of a body, computed by us and by CalculiX on the same tetrahedra.
+struct Comparison {
+    std::string quantity;
+    double ours = 0, theirs = 0;
+    double difference = 0;  // relative
 };
 
-/// Static displacements of the nodes under the loads, [N, 3], metres. `large`: uses Green strains for large
-/// displacements (NLGEOM) instead of linear strains.
-Nodes calculix_displacements(const ElasticBody& body, const StaticCase& load, bool large = false);
+/// The lowest elastic frequencies of the free body with both kinds of mass, Hz.
+std::vector<Comparison> compare_frequencies(const Body& body, int count = 20);
+
+/// Small displacements of the body clamped at one end of its longest side, in metres: under its weight across
+/// that side, and pulled at the node farthest from the clamp. Compares the largest node displacement; the
+/// difference is the largest over all nodes, relative to it.
+std::vector<Comparison> compare_deflections(const Body& body);
+
+/// The same clamp under a weight that bends the body by about `share` of its length. CalculiX's Green strains
+/// are the law of St. Venant and Kirchhoff; the corotated law is another one at large strains.
+Comparison compare_large_deflection(const Body& body, MaterialLaw law, double share = 0.2);
 
 }  // namespace nbd::test

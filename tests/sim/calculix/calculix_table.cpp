@@ -3,7 +3,7 @@
 
 #include <exception>
 
-#include "tests/sim/calculix/calculix_comparison.hpp"
+#include "tests/sim/calculix/calculix.hpp"
 
 int main(int argc, char** argv) try {
     using namespace nbd;

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/sim/calculix/calculix_comparison.hpp"
 #include "tests/support/box_body.hpp"
 
 namespace nbd::test {

@@ -13,7 +13,6 @@
 
 #include "collision/base/counter_random.hpp"
 #include "collision/geometry/closest_points.hpp"
-#include "meshing/body/make_body.hpp"
 #include "sim/contact/nearest_face.hpp"
 #include "tests/support/box_body.hpp"
 
@@ -91,12 +90,6 @@ TEST_F(SunkCube, IsRecognisedAfterSavingAndRestoringSides) {
 /// Two crumpled boxes, one above the other, whose surfaces are finer than their tetrahedra.
 class CrumpledBoxes : public testing::Test {
  protected:
-    CrumpledBoxes() : body_(test::box_body({1, 0.6, 0.3}, {5, 3, 2})) {
-        const Subdivision fine = subdivide(body_.surface, SubdivisionScheme::midpoint, 2);
-        body_.W = (fine.S * body_.W).eval();
-        body_.surface = fine.mesh;
-    }
-
     /// tree: whose leaves are the patches; null: one over the rest pose.
     ContactSurface crumpled(std::uint64_t seed, const Eigen::RowVector3d& centre,
                             const WideTree* tree = nullptr) const {
@@ -149,7 +142,7 @@ class CrumpledBoxes : public testing::Test {
     }
 
  private:
-    Body body_;
+    Body body_ = test::fine_box_body({1, 0.6, 0.3}, {5, 3, 2}, 2);
 };
 
 /// Vertices with faces, both ways, and edges with edges that are at most this far apart, from all pairs.
@@ -175,7 +168,7 @@ TEST_F(CrumpledBoxes, HaveFewerPairsMeasuredThanAreNear) {
     const std::size_t found =
         contacts(a, b, reach, Eigen::RowVector3d::Zero(), ContactDetail::all, &measured).size();
     EXPECT_GT(found, 50u);
-    EXPECT_GE(measured, static_cast<long>(found));
+    EXPECT_GE(measured, long(found));
     EXPECT_LE(measured, near_features(a, b, reach.most()));
 }
 
@@ -248,9 +241,8 @@ TEST_F(CrumpledBoxes, HaveContactsThatDoNotDependOnThePatches) {
         EXPECT_EQ(enough, found(&other, ContactDetail::enough)) << apart;
         const auto all = found(nullptr, ContactDetail::all);
         EXPECT_EQ(all, found(&other, ContactDetail::all)) << apart;
-        edges += static_cast<int>(
-            std::ranges::count_if(enough, [](const auto& c) { return std::get<0>(c) == 2; }));
-        left_out += static_cast<int>(all.size() - enough.size());
+        edges += std::ranges::count_if(enough, [](const auto& c) { return std::get<0>(c) == 2; });
+        left_out += all.size() - enough.size();
     }
     EXPECT_GT(edges, 10);
     EXPECT_GT(left_out, 10);
@@ -310,7 +302,7 @@ TEST_F(CrumpledBoxes, HaveEveryContactOfEdgesThatAreNoFartherApartThanTheyAreLon
                 }
             }
         EXPECT_EQ(found, expected);
-        expected_contacts += static_cast<int>(expected.size());
+        expected_contacts += expected.size();
     }
     EXPECT_GT(expected_contacts, 100);
     EXPECT_GT(too_far, 10);

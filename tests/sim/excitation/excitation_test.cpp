@@ -61,7 +61,7 @@ TEST(Recipe, AlternatesKindsAndDrawsNumbersFromTheIndex) {
 
 TEST(RecipeObstacles, AreReadFromTheTextThatATrajectoryKeeps) {
     ExcitationConfig config = short_run();
-    config.ranges.kinds[static_cast<std::size_t>(RecipeKind::squash)].weight = 1;
+    config.ranges.kinds[int(RecipeKind::squash)].weight = 1;
     const RecipeBook recipes(std::make_shared<const Body>(bar()), config);
     int floors = 0, plates = 0;
     for (int i = 0; i < 12; ++i) {
@@ -71,7 +71,7 @@ TEST(RecipeObstacles, AreReadFromTheTextThatATrajectoryKeeps) {
         ASSERT_EQ(read.size(), known.size());
         EXPECT_EQ(known.size(), recipe.plates.size() + (recipe.floor ? 1 : 0));
         floors += recipe.floor ? 1 : 0;
-        plates += static_cast<int>(recipe.plates.size());
+        plates += recipe.plates.size();
         for (std::size_t k = 0; k < known.size(); ++k) {
             EXPECT_EQ(std::get<PlaneShape>(read[k].shape).point, std::get<PlaneShape>(known[k].shape).point);
             EXPECT_EQ(std::get<PlaneShape>(read[k].shape).normal,
@@ -131,7 +131,7 @@ ExcitationConfig only(RecipeKind kind) {
     ExcitationConfig config = short_run();
     config.frames = 30;
     for (KindRanges& ranges : config.ranges.kinds) ranges.weight = 0;
-    config.ranges.kinds[static_cast<std::size_t>(kind)].weight = 1;
+    config.ranges.kinds[int(kind)].weight = 1;
     return config;
 }
 

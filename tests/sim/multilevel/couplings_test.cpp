@@ -2,10 +2,15 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
+#include <set>
 #include <utility>
 #include <vector>
 
+#include "sim/multilevel/block_sparse.hpp"
 #include "sim/multilevel/coupling_sum.hpp"
+#include "sim/multilevel/rigid_modes.hpp"
+#include "sim/multilevel/transfer_matrix.hpp"
+#include "tests/support/box_mesh.hpp"
 #include "tests/support/on_threads.hpp"
 
 namespace nbd {
@@ -163,6 +168,135 @@ TEST(CouplingSum, GivesTheSameBitsOnAnyNumberOfThreads) {
     EXPECT_EQ(one.matrix().blocks.column, four.matrix().blocks.column);
     EXPECT_EQ(one.matrix().blocks.blocks, four.matrix().blocks.blocks);
     EXPECT_EQ(one.matrix().damping, four.matrix().damping);
+}
+
+/// Every second block, in a fixed irregular pattern.
+template <int R, int C>
+BlockSparse<R, C> some_blocks(int rows, int columns) {
+    BlockSparse<R, C> A;
+    A.columns = columns;
+    for (int i = 0; i < rows; ++i) {
+        for (int j = 0; j < columns; ++j)
+            if ((3 * i + 5 * j) % 4 < 2) {
+                A.column.push_back(j);
+                typename BlockSparse<R, C>::Block block;
+                for (int r = 0; r < R; ++r)
+                    for (int c = 0; c < C; ++c) block(r, c) = std::sin(1.0 + i + 3 * j + 7 * r + 11 * c);
+                A.blocks.push_back(block);
+            }
+        A.end_row();
+    }
+    return A;
+}
+
+template <int R, int C>
+Eigen::MatrixXd dense(const BlockSparse<R, C>& A) {
+    Eigen::MatrixXd result = Eigen::MatrixXd::Zero(R * A.rows(), C * A.columns);
+    for (int i = 0; i < A.rows(); ++i) {
+        const auto row = A.columns_of(i);
+        for (std::size_t k = 0; k < row.size(); ++k)
+            result.template block<R, C>(R * i, C * row[k]) = A.block(i, k);
+    }
+    return result;
+}
+
+TEST(BlockSparse, MultipliesAndTransposesAsDenseMatricesDo) {
+    const auto A = some_blocks<3, 6>(700, 40);  // more rows than a task takes
+    const auto B = some_blocks<6, 3>(40, 30);
+    EXPECT_LT((dense(product(A, B)) - dense(A) * dense(B)).cwiseAbs().maxCoeff(), 1e-12);
+    EXPECT_EQ(dense(transpose(A)), dense(A).transpose());
+    const auto AB = product(A, B);
+    for (int i = 0; i < AB.rows(); ++i) EXPECT_TRUE(std::ranges::is_sorted(AB.columns_of(i)));
+}
+
+template <int R, int C>
+void expect_products(int rows, int columns) {
+    const auto A = some_blocks<R, C>(rows, columns);
+    const TransferMatrix<R, C> blocks(A);
+    const Eigen::VectorXf x = Eigen::VectorXf::LinSpaced(C * columns, -1, 1);
+    const Eigen::VectorXd expected = dense(A) * x.cast<double>();
+    const double rounding = C * columns * dense(A).cwiseAbs().maxCoeff() / 65534;  // see ScaledBlocks
+    for (int i = 0; i < rows; ++i) {
+        const auto row = blocks.times(i, x.data());
+        for (int r = 0; r < R; ++r) EXPECT_NEAR(row[r], expected[R * i + r], rounding);
+    }
+}
+
+TEST(TransferMatrix, MultipliesAsDenseMatricesDo) {
+    expect_products<3, 3>(20, 20);
+    expect_products<3, 6>(20, 5);
+    expect_products<6, 3>(5, 20);
+    expect_products<6, 6>(7, 7);
+}
+
+/// A grid of rows whose neighbours are those beside them, and a row apart from it.
+std::vector<std::vector<int>> grid(int side) {
+    std::vector<std::vector<int>> rows;
+    for (int y = 0; y < side; ++y)
+        for (int x = 0; x < side; ++x) {
+            std::vector<int> row;
+            for (int dy = -1; dy <= 1; ++dy)
+                for (int dx = -1; dx <= 1; ++dx)
+                    if (x + dx >= 0 && x + dx < side && y + dy >= 0 && y + dy < side)
+                        row.push_back((y + dy) * side + x + dx);
+            rows.push_back(row);
+        }
+    rows.push_back({side * side});
+    return rows;
+}
+
+TEST(Aggregates, CoverAllRowsThatHaveNeighbours) {
+    const auto rows = grid(20);
+    const Aggregates aggregates = aggregate(rows);
+    EXPECT_EQ(aggregates.of.back(), -1);
+    std::vector<int> sizes(aggregates.count, 0);
+    for (std::size_t i = 0; i + 1 < rows.size(); ++i) {
+        ASSERT_GE(aggregates.of[i], 0);
+        ++sizes[aggregates.of[i]];
+    }
+    for (const int size : sizes) EXPECT_GE(size, 4);
+    EXPECT_GT(aggregates.count, 20);
+    EXPECT_LT(aggregates.count, 70);
+}
+
+TEST(Tentative, HoldsEveryRigidMotionInOrthonormalColumns) {
+    const TetMesh mesh = test::box_mesh({2, 0.4, 0.4}, {12, 3, 3});
+    std::vector<std::vector<int>> rows(mesh.X.rows());
+    for (Eigen::Index t = 0; t < mesh.T.rows(); ++t)
+        for (int a = 0; a < 4; ++a)
+            for (int b = 0; b < 4; ++b) rows[mesh.T(t, a)].push_back(mesh.T(t, b));
+    for (auto& row : rows) {
+        const std::set<int> different(row.begin(), row.end());
+        row.assign(different.begin(), different.end());
+    }
+    const Aggregates aggregates = aggregate(rows);
+    const RigidModes<3> modes = rigid_modes(mesh.X);
+    const Tentative<3> coarse = tentative(aggregates, modes);
+    ASSERT_GT(aggregates.count, 5);
+    std::vector<Eigen::Matrix<double, 6, 6>> gram(aggregates.count, Eigen::Matrix<double, 6, 6>::Zero());
+    for (std::size_t i = 0; i < modes.size(); ++i) {
+        const std::size_t a = aggregates.of[i];
+        const auto& P = coarse.P.block(i, 0);
+        EXPECT_LT((P * coarse.modes[a] - modes[i]).norm(), 1e-12);
+        gram[a] += P.transpose() * P;
+    }
+    for (const auto& G : gram) EXPECT_LT((G - Eigen::Matrix<double, 6, 6>::Identity()).norm(), 1e-12);
+}
+
+TEST(Tentative, GivesAZeroColumnToAMotionThatMovesNothing) {
+    Nodes X(2, 3);
+    X << 0, 0, 0, 1, 0, 0;  // turning about the x axis moves neither
+    const Tentative<3> coarse = tentative(Aggregates{.of = {0, 0}, .count = 1}, rigid_modes(X));
+    const Eigen::Matrix<double, 6, 6> gram = coarse.P.block(0, 0).transpose() * coarse.P.block(0, 0) +
+                                             coarse.P.block(1, 0).transpose() * coarse.P.block(1, 0);
+    int zeros = 0;
+    for (int c = 0; c < 6; ++c) {
+        zeros += gram(c, c) == 0;
+        if (gram(c, c) != 0) {
+            EXPECT_NEAR(gram(c, c), 1, 1e-12);
+        }
+    }
+    EXPECT_EQ(zeros, 1);
 }
 
 }  // namespace

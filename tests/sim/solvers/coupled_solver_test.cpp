@@ -3,9 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
-#include "tests/sim/solvers/twisted_bars.hpp"
+#include "sim/solvers/body_norms.hpp"
+#include "sim/solvers/patch_factor.hpp"
 #include "tests/support/box_body.hpp"
 #include "tests/support/box_mesh.hpp"
 #include "tests/support/on_threads.hpp"
@@ -13,7 +16,70 @@
 namespace nbd {
 namespace {
 
-using test::TwistedBars;
+/// Two twisted and bent bars, one fixed at an end, coupled at some nodes.
+struct TwistedBars {
+    static constexpr double dt = 0.01;
+    ElasticBody body{test::box_mesh({2, 0.4, 0.4}, {24, 5, 5}), {.young = 1e5}};
+    std::vector<StepSystem> systems;
+    std::vector<int> first_unknown{0};
+    std::vector<CouplingTerm> terms;
+    std::vector<Coupling> couplings;
+    Eigen::VectorXd b;
+
+    explicit TwistedBars(double turns, double stiffness = 0) {
+        systems.emplace_back(body);
+        systems.emplace_back(body);
+        for (int i = 0; i < 2; ++i) {
+            BodyState state{body.rest().X, Nodes::Zero(body.node_count(), 3)};
+            for (Eigen::Index k = 0; k < state.x.rows(); ++k) {
+                const Eigen::Vector3d X = state.x.row(k);
+                const Eigen::Matrix3d R = (Eigen::AngleAxisd(turns * X[0] / 2 + i, Eigen::Vector3d::UnitX()) *
+                                           Eigen::AngleAxisd(0.5 * turns * X[0], Eigen::Vector3d::UnitZ()))
+                                              .toRotationMatrix();
+                state.x.row(k) = (R * (X - Eigen::Vector3d(1, 0.2, 0.2))).transpose();
+                state.v(k, 1) = std::sin(3 * X[0]);
+            }
+            systems[i].assemble(state, dt, {.gravity = {0, 0, -9.81}, .forces = {}});
+            first_unknown.push_back(first_unknown.back() + body.unknown_count());
+        }
+        systems[0].prescribe({.nodes = {0, 1, 2, 3, 4, 5}, .v = Nodes::Constant(6, 3, 0.1)});
+        for (int k = 40; stiffness > 0 && k < 60; ++k) {
+            Coupling coupling{.begin = int(terms.size())};
+            terms.push_back({0, k, 3 * k, 1, systems[0].is_prescribed(k)});
+            terms.push_back({1, k + 1, first_unknown[1] + 3 * (k + 1), -1, false});
+            coupling.end = terms.size();
+            const Eigen::Vector3d n = Eigen::Vector3d(std::sin(k), std::cos(k), 0.3).normalized();
+            coupling.A = stiffness * n * n.transpose();
+            couplings.push_back(coupling);
+        }
+        b.resize(first_unknown.back());
+        for (std::size_t i = 0; i < 2; ++i)
+            b.segment(first_unknown[i], body.unknown_count()) = systems[i].rhs();
+    }
+
+    CoupledSystem system() const { return {systems, first_unknown, terms, couplings}; }
+
+    /// A share of the norm of each body's right-hand side.
+    std::vector<double> goals(double share) const {
+        std::vector<double> norms = body_norms().of(b);
+        for (double& norm : norms) norm *= share;
+        return norms;
+    }
+
+    /// The largest residual of a body, as a share of the norm of its right-hand side.
+    double residual(const Eigen::VectorXd& v) const {
+        Eigen::VectorXd product(v.size());
+        system().multiply(v, product);
+        return worst_share(body_norms().of(b - product), goals(1));
+    }
+
+ private:
+    BodyNorms body_norms() const {
+        BodyNorms norms;
+        norms.begin(systems, first_unknown);
+        return norms;
+    }
+};
 
 Eigen::VectorXd solve(const TwistedBars& scene, const LinearSolveConfig& config, LinearSolveReport& report) {
     CoupledSolver solver(config);
@@ -216,6 +282,72 @@ TEST(CoupledSolver, GivesTheSameBitsOnAnyNumberOfThreads) {
         test::on_threads(4, [&] { four = solve(scene, {.tolerance = 1e-6}, report); });
         EXPECT_EQ(one, four);
     }
+}
+
+/// The nodes of couplings `first` on.
+std::vector<char> coupled_nodes(const CoupledSystem& system, std::size_t first) {
+    std::vector<char> inside(system.node_count(), 0);
+    for (std::size_t c = first; c < system.couplings.size(); ++c)
+        for (const CouplingTerm& term : system.terms_of(system.couplings[c])) inside[term.unknown / 3] = 1;
+    return inside;
+}
+
+/// Clears a residual on a patch, and holds what is left against the true one.
+void expect_cleared(PatchFactor& patch, const TwistedBars& scene, const CouplingSum& couplings,
+                    const std::vector<char>& inside) {
+    const CoupledSystem system = scene.system();
+    Eigen::VectorXd v = Eigen::VectorXd::LinSpaced(scene.b.size(), -1, 1), product(v.size());
+    system.multiply(v, product);
+    Eigen::VectorXd r = scene.b - product;
+    const double before = r.norm();
+    Eigen::VectorXd taken = Eigen::VectorXd::Zero(v.size());
+    patch.take_residual(system, couplings, v, taken);
+    for (Eigen::Index i = 0; i < v.size(); ++i)
+        if (inside[i / 3]) {
+            EXPECT_NEAR(taken[i], -product[i], 1e-5 * before);
+        } else {
+            EXPECT_EQ(taken[i], 0);
+        }
+    patch.clear(system, r, v);
+    system.multiply(v, product);
+    EXPECT_LT((r - (scene.b - product)).norm(), 1e-5 * before);  // matrices are in single precision
+    for (Eigen::Index i = 0; i < system.node_count(); ++i)
+        EXPECT_TRUE(!inside[i] || r.segment<3>(3 * i).isZero(0)) << i;
+}
+
+TEST(PatchFactor, ClearsTheResidualOnItsNodes) {
+    TwistedBars scene(1, 100);
+    for (std::size_t c = 0; c < 12; ++c) scene.couplings[c].A.setZero();  // do not act
+    const CoupledSystem system = scene.system();
+    CouplingSum couplings;
+    couplings.begin(system);
+    couplings.update(system);
+    PatchFactor patch(Ordering::quick);
+    const std::vector<char> few = coupled_nodes(system, 12), none(few.size(), 0);
+    patch.begin();
+    patch.factorize(system, couplings, few);
+    expect_cleared(patch, scene, couplings, few);
+
+    std::vector<char> more = few;
+    std::fill_n(more.begin(), 40, char{1});  // prescribed nodes, too
+    patch.factorize(system, couplings, more);
+    expect_cleared(patch, scene, couplings, more);
+    patch.factorize(system, couplings, few);  // keeps the others
+    expect_cleared(patch, scene, couplings, more);
+
+    patch.begin();
+    patch.factorize(system, couplings, few);
+    expect_cleared(patch, scene, couplings, few);
+    EXPECT_EQ(patch.node_count(), std::ranges::count(few, 1));
+
+    const TwistedBars apart(1);
+    CouplingSum nothing;
+    nothing.begin(apart.system());
+    nothing.update(apart.system());
+    patch.begin();
+    patch.factorize(apart.system(), nothing, none);
+    EXPECT_TRUE(patch.empty());
+    expect_cleared(patch, apart, nothing, none);
 }
 
 }  // namespace

@@ -7,14 +7,14 @@
 
 namespace nbd::test {
 
-Model::Model(const Eigen::Vector3d& size, const Eigen::Vector3i& cells, double young)
-    : body(box_body(size, cells, {.young = young})) {
+Model::Model(const Eigen::Vector3d& size, const Eigen::Vector3i& cells, const Material& material)
+    : Model(box_body(size, cells, material)) {}
+
+Model::Model(Body given, bool hung) : body(std::move(given)) {
     elastic = std::make_shared<const ElasticBody>(body.tets, body.material);
-    CollisionTree exact;
-    exact.vertex_count = body.surface.X.rows();
-    exact.faces = body.surface.F;
-    exact.spheres = build_sphere_tree(body.surface.X.cast<float>(), body.surface.F);
-    tree = std::make_shared<const CollisionTree>(exact);
+    CollisionTree exact = make_exact_tree(body.surface.X.cast<float>(), body.surface.F);
+    if (hung) hang_on_nodes(exact, body.W.cast<float>(), body.tets.X.cast<float>());
+    tree = std::make_shared<const CollisionTree>(std::move(exact));
 }
 
 WorldBody Model::at(const Eigen::Vector3d& centre, const Eigen::Matrix3d& R,
@@ -26,14 +26,9 @@ WorldBody Model::at(const Eigen::Vector3d& centre, const Eigen::Matrix3d& R,
 }
 
 void add_colliding_boxes(World& world) {
-    const Model box({0.6, 0.4, 0.3}, {3, 2, 2});
-    Material undamped = box.body.material;
-    undamped.rayleigh_mass = 0;
-    WorldBody left = box.at({0, 0, 0}, turned(0.2), {1.2, 0.1, 0});
-    WorldBody right = box.at({0.75, 0.1, 0.05}, turned(-0.5), {-0.8, 0, 0.1});
-    left.elastic = right.elastic = std::make_shared<const ElasticBody>(box.body.tets, undamped);
-    world.add_body(std::move(left));
-    world.add_body(std::move(right));
+    const Model box({0.6, 0.4, 0.3}, {3, 2, 2}, {.young = 1e5, .rayleigh_mass = 0});
+    world.add_body(box.at({0, 0, 0}, turned(0.2), {1.2, 0.1, 0}));
+    world.add_body(box.at({0.75, 0.1, 0.05}, turned(-0.5), {-0.8, 0, 0.1}));
 }
 
 Obstacle floor_at(double height, double friction) {

@@ -13,7 +13,9 @@ struct Model {
     std::shared_ptr<const ElasticBody> elastic;
     std::shared_ptr<const CollisionTree> tree;
 
-    Model(const Eigen::Vector3d& size, const Eigen::Vector3i& cells, double young = 1e5);
+    Model(const Eigen::Vector3d& size, const Eigen::Vector3i& cells, const Material& material = {});
+    /// hung: whether its tree has affine bounds.
+    explicit Model(Body body, bool hung = false);
 
     WorldBody at(const Eigen::Vector3d& centre, const Eigen::Matrix3d& R = Eigen::Matrix3d::Identity(),
                  const Eigen::Vector3d& velocity = Eigen::Vector3d::Zero()) const;

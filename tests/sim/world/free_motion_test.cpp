@@ -1,10 +1,12 @@
-// Closed forms that hold at every size, step and stiffness, whatever else is in the world.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <memory>
 #include <numbers>
+#include <string>
 
+#include "sim/world/world.hpp"
 #include "tests/sim/support/momentum.hpp"
 #include "tests/sim/world/box_model.hpp"
 #include "tests/support/box_mesh.hpp"
@@ -17,16 +19,9 @@ using test::angular_momentum;
 using test::centre_of_mass;
 using test::linear_momentum;
 using test::Model;
+using test::turned;
 
-std::shared_ptr<const ElasticBody> elastic_of(const Model& box, double young, double stiffness_damping = 0,
-                                              MaterialLaw law = MaterialLaw::corotated) {
-    Material material = box.body.material;
-    material.young = young;
-    material.law = law;
-    material.rayleigh_mass = 0;
-    material.rayleigh_stiffness = stiffness_damping;
-    return std::make_shared<const ElasticBody>(box.body.tets, material);
-}
+// Closed forms that hold at every size, step and stiffness, whatever else is in the world.
 
 /// A world of a cube of this size, and far from it one a hundred times as large at 100 m/s.
 struct BesideAGiant {
@@ -35,16 +30,15 @@ struct BesideAGiant {
 
     BesideAGiant(double size, double young, const WorldConfig& config, const Eigen::Vector3d& at,
                  std::vector<Grip> grips = {}, double damping = 0)
-        : box({size, size, size}, {2, 2, 2}),
-          giant({100 * size, 100 * size, 100 * size}, {2, 2, 2}),
+        : box({size, size, size}, {2, 2, 2},
+              {.young = young, .rayleigh_mass = 0, .rayleigh_stiffness = damping}),
+          giant({100 * size, 100 * size, 100 * size}, {2, 2, 2},
+                {.young = young, .rayleigh_mass = 0, .rayleigh_stiffness = 0}),
           world(config) {
-        WorldBody small = box.at(at),
-                  large = giant.at(at + Eigen::Vector3d(0, 1e3 * size, 0), test::turned(0.3), {100, 0, 0});
-        small.elastic = elastic_of(box, young, damping);
+        WorldBody small = box.at(at);
         small.grips = std::move(grips);
-        large.elastic = elastic_of(giant, young);
         world.add_body(std::move(small));
-        world.add_body(std::move(large));
+        world.add_body(giant.at(at + Eigen::Vector3d(0, 1e3 * size, 0), test::turned(0.3), {100, 0, 0}));
     }
 };
 
@@ -93,21 +87,26 @@ TEST(FreeMotion, APinnedBlockSagsAsInStaticsBesideAGiant) {
             for (int s = 0; s < (alone ? 5 : 400); ++s) ASSERT_EQ(scene.world.step(dt).failure, "");
             double sag = 0;
             for (const int node : bottom) sag += X(node, 2) - scene.world.state(0).x(node, 2);
-            sags[alone ? 0 : 1] = sag / static_cast<double>(bottom.size());
+            sags[alone ? 0 : 1] = sag / bottom.size();
         }
         ASSERT_GT(sags[0], 1e-3 * size);
         EXPECT_NEAR(sags[1], sags[0], 1e-3 * sags[0]) << size;
     }
 }
 
-class SpinOfEveryLaw : public ::testing::TestWithParam<MaterialLaw> {};
+class SpinOfEveryLaw : public ::testing::TestWithParam<MaterialLaw> {
+ protected:
+    static Material of_this_law(double young, double damping) {
+        return {.young = young, .rayleigh_mass = 0, .rayleigh_stiffness = damping, .law = GetParam()};
+    }
+};
 INSTANTIATE_TEST_SUITE_P(Laws, SpinOfEveryLaw, ::testing::ValuesIn(material_laws),
                          [](const auto& test) { return std::string(name(test.param)); });
 
 /// A bar that tumbles about no axis of its own; the rate in rad/s is for its ends.
 TEST_P(SpinOfEveryLaw, AFreeBodyKeepsItsAngularMomentumWhateverTheDamping) {
-    const Model bar({0.6, 0.2, 0.1}, {4, 2, 1});
-    for (const double damping : {0.0, 1e-3, 0.1})
+    for (const double damping : {0.0, 1e-3, 0.1}) {
+        const Model bar({0.6, 0.2, 0.1}, {4, 2, 1}, of_this_law(1e6, damping));
         for (const Tangent tangent : {Tangent::rotated, Tangent::full})
             for (const TimeIntegrator integrator : {TimeIntegrator::backward_euler, TimeIntegrator::bdf2})
                 for (const double angle : {0.01, 0.1}) {  // a step
@@ -116,7 +115,6 @@ TEST_P(SpinOfEveryLaw, AFreeBodyKeepsItsAngularMomentumWhateverTheDamping) {
                     config.step.integrator = integrator;
                     World world(config);
                     WorldBody body = bar.at({0, 0, 0});
-                    body.elastic = elastic_of(bar, 1e6, damping, GetParam());
                     const double dt = 2e-3;
                     const Eigen::Vector3d rate = angle / dt * Eigen::Vector3d(0.1, 1, 0.3).normalized();
                     for (Eigen::Index i = 0; i < body.state.v.rows(); ++i)
@@ -128,16 +126,16 @@ TEST_P(SpinOfEveryLaw, AFreeBodyKeepsItsAngularMomentumWhateverTheDamping) {
                     EXPECT_LT((after.angular - before.angular).norm(), 1e-4 * before.angular.norm())
                         << damping << ' ' << angle;
                 }
+    }
 }
 
 /// About the axis of the largest moment of inertia, where a spin is steady.
 TEST_P(SpinOfEveryLaw, DampingOfStiffnessLeavesASpinAlone) {
-    const Model bar({0.6, 0.3, 0.1}, {4, 2, 1});
     for (const double damping : {0.0, 0.1}) {
+        const Model bar({0.6, 0.3, 0.1}, {4, 2, 1}, of_this_law(1e7, damping));
         WorldConfig config{.gravity = Eigen::Vector3d::Zero()};
         World world(config);
         WorldBody body = bar.at({0, 0, 0});
-        body.elastic = elastic_of(bar, 1e7, damping, GetParam());
         const double dt = 2e-3;
         for (Eigen::Index i = 0; i < body.state.v.rows(); ++i)
             body.state.v.row(i) =
@@ -177,6 +175,120 @@ TEST(FreeMotion, BodiesThatCollideKeepTheirMomenta) {
             EXPECT_LT((angular_momentum(world) - L).norm(), 1e-3 * (angular_momentum(world, 0) - L0).norm())
                 << dt << ' ' << friction;
         }
+}
+
+// Motion in steps without intersections, against closed forms over sizes, steps and moduli.
+
+constexpr double g = 9.81;
+
+WorldConfig apart(const Eigen::Vector3d& gravity = {0, 0, -g}) {
+    WorldConfig config{.gravity = gravity};
+    config.contact.intersection_free = true;
+    return config;
+}
+
+/// Relative error of the height by which a block falls in some steps.
+double fall_error(double size, double dt, double young, bool beside_a_fast_one,
+                  const Eigen::Vector3d& origin = Eigen::Vector3d::Zero()) {
+    constexpr int steps = 12;
+    const Material material{.young = young, .rayleigh_mass = 0};
+    const Model block(size * Eigen::Vector3d(1, 0.8, 0.6), {2, 2, 1}, material),
+        large(100 * size * Eigen::Vector3d::Ones(), {1, 1, 1}, material);
+    World world(apart());
+    const Eigen::Vector3d v0(12, 0, 3);
+    world.add_body(block.at(origin, turned(0.4), v0));
+    if (beside_a_fast_one)
+        world.add_body(large.at(origin + Eigen::Vector3d(0, 200 * size, 0), turned(0), {100, 0, 0}));
+    const Eigen::Vector3d before = centre_of_mass(world, 0);
+    for (int i = 0; i < steps; ++i) {
+        const WorldReport report = world.step(dt);
+        EXPECT_EQ(report.failure + report.rejection, "");
+    }
+    const double fallen = g * dt * dt * steps * (steps + 1) / 2;
+    const Eigen::Vector3d expected = before + steps * dt * v0 - Eigen::Vector3d(0, 0, fallen);
+    return (centre_of_mass(world, 0) - expected).norm() / fallen;
+}
+
+TEST(ApartMotion, BlocksFallFreelyAtEverySizeStepAndStiffness) {
+    for (const double size : {0.01, 0.2, 10.0})
+        for (const double dt : {1e-4, 1e-3, 2e-2})
+            for (const double young : {1e4, 1e9})
+                for (const bool beside : {false, true})
+                    EXPECT_LT(fall_error(size, dt, young, beside), 1e-6)
+                        << size << ' ' << dt << ' ' << young << ' ' << beside;
+}
+
+TEST(ApartMotion, BlocksFallFarFromTheOrigin) {
+    const Eigen::Vector3d far(1e6, -1e6, 1e6);
+    for (const double young : {1e4, 1e9})
+        for (const double dt : {1e-3, 2e-2})
+            EXPECT_LT(fall_error(0.2, dt, young, false, far), 0.2 * 0x1p-33 / (g * dt * dt) + 1e-6) << young;
+}
+
+/// A block that hangs on its upper face, as in Newton's iteration of the default mode.
+TEST(ApartMotion, APinnedBlockSagsAsInTheDefaultMode) {
+    for (const double dt : {1e-4, 1e-2}) {
+        const Model block({0.2, 0.2, 0.2}, {2, 2, 2});
+        const auto sag = [&](bool is_apart) {
+            WorldConfig config{.gravity = {0, 0, -g}};
+            config.contact.intersection_free = is_apart;
+            if (!is_apart) config.step = {.newton_iterations = 30, .newton_tolerance = 1e-9};
+            World world(config);
+            WorldBody body = block.at({0, 0, 0});
+            body.grips.push_back({.nodes = test::nodes_where(
+                                      body.state.x, [](const Eigen::Vector3d& x) { return x.z() > 0.099; })});
+            world.add_body(body);
+            const double before = centre_of_mass(world, 0).z();
+            for (int i = 0; i < 40; ++i) EXPECT_EQ(world.step(dt).rejection, "");
+            return before - centre_of_mass(world, 0).z();
+        };
+        const double expected = sag(false);
+        ASSERT_GT(expected, 1e-6);
+        EXPECT_NEAR(sag(true), expected, 1e-3 * expected) << dt;
+    }
+}
+
+TEST(ApartMotion, CollidingBodiesKeepTheirMomentum) {
+    for (const double dt : {5e-3, 5e-4}) {
+        World world(apart(Eigen::Vector3d::Zero()));
+        test::add_colliding_boxes(world);
+        const Eigen::Vector3d before = linear_momentum(world);
+        const double speed_before = linear_momentum(world, 0).x();
+        int touched = 0;
+        for (int i = 0; i < 0.25 / dt; ++i) {
+            const WorldReport report = world.step(dt);
+            EXPECT_EQ(report.failure, "");
+            touched += report.contacts > 0;
+            EXPECT_LT((linear_momentum(world) - before).norm(), 1e-9 * speed_before);
+            const Nodes& forces = world.contact_forces(0);
+            EXPECT_LT((forces.colwise().sum() + world.contact_forces(1).colwise().sum()).norm(),
+                      1e-9 * (1 + forces.norm()));
+        }
+        EXPECT_GT(touched, 3);
+        EXPECT_LT(linear_momentum(world, 0).x(), 0.5 * speed_before);
+    }
+}
+
+/// Two boxes that meet with nearly parallel edges, far from the origin.
+TEST(ApartMotion, BodiesThatMeetAtParallelEdgesKeepTheirAngularMomentum) {
+    const Model box({1, 0.3, 0.3}, {3, 1, 1}, {.young = 1e5, .rayleigh_mass = 0});
+    const Eigen::Vector3d origin(2000, -1000, 0);
+    const Eigen::Matrix3d on_edge = Eigen::AngleAxisd(std::atan(1.0), Eigen::Vector3d::UnitX()).matrix();
+    const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.01, Eigen::Vector3d(0, 0.5, 1).normalized()).matrix();
+    World world(apart(Eigen::Vector3d::Zero()));
+    world.add_body(box.at(origin, on_edge, {0, 0, 1}));
+    world.add_body(box.at(origin + Eigen::Vector3d(0.3, 0, 0.45), turn * on_edge, {0, 0, -1}));
+    const Eigen::Vector3d before = angular_momentum(world, origin);
+    const double mass = world.elastic(0).mass();
+    double largest = 0, off = 0;
+    for (int i = 0; i < 100; ++i) {
+        EXPECT_EQ(world.step(2e-3).failure, "");
+        largest = std::max(largest, angular_momentum(world, 0, centre_of_mass(world, 0)).norm());
+        off = std::max(off, (angular_momentum(world, origin) - before).norm());
+    }
+    EXPECT_LT(off, 2e-3 * largest);
+    EXPECT_GT(largest, 1e-2 * mass);  // the hit is off their centres
+    EXPECT_LT(largest, mass);
 }
 
 }  // namespace

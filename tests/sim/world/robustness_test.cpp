@@ -101,14 +101,14 @@ TEST(Robustness, ACrushedOrInvertedBodyRecoversItsShape) {
     EXPECT_LT(end(
                   [](Nodes& x) {
                       for (Eigen::Index i = 0; i < x.size(); ++i)
-                          x.data()[i] += 0.15 * (counter_uniform(7, 0, static_cast<std::uint64_t>(i)) - 0.5);
+                          x.data()[i] += 0.15 * (counter_uniform(7, 0, i) - 0.5);
                   },
                   elements / 10),
               0.004);
 }
 
 TEST(Robustness, SubstepsStopFastBodies) {
-    const Model box({0.3, 0.3, 0.1}, {3, 3, 1}, 1e6);
+    const Model box({0.3, 0.3, 0.1}, {3, 3, 1}, {.young = 1e6});
     const auto collide = [&](int max_substeps) {
         WorldConfig config{.gravity = Eigen::Vector3d::Zero()};
         config.step.max_substeps = max_substeps;
@@ -135,7 +135,7 @@ TEST(Robustness, SubstepsStopFastBodies) {
 }
 
 TEST(Robustness, NewtonIterationsSolveTheStep) {
-    const Model box({0.6, 0.2, 0.2}, {4, 2, 2}, 2e4);
+    const Model box({0.6, 0.2, 0.2}, {4, 2, 2}, {.young = 2e4});
     const double dt = 0.02;
     WorldConfig config;
     config.step = {.newton_iterations = 60, .newton_tolerance = 1e-7};
@@ -161,7 +161,7 @@ TEST(Robustness, NewtonIterationsSolveTheStep) {
 }
 
 TEST(Robustness, NewtonIterationsConvergeWithContact) {
-    const Model box({0.6, 0.4, 0.3}, {3, 2, 2}, 3e4);
+    const Model box({0.6, 0.4, 0.3}, {3, 2, 2}, {.young = 3e4});
     WorldConfig config;
     config.step = {.newton_iterations = 30, .newton_tolerance = 1e-2};
     World world(config);
@@ -204,13 +204,11 @@ TEST(Robustness, NewtonIterationsDoNotGoUphill) {
     }
 }
 
-TEST(Robustness, ASlidingBlockAcceleratesAsCoulombFrictionPredicts) {
-    Model box({0.4, 0.4, 0.2}, {2, 2, 1}, 1e6);
-    Material material = box.body.material;
-    material.rayleigh_mass = 0;
-    box.elastic = std::make_shared<const ElasticBody>(box.body.tets, material);
-    const double slope = 0.35, g = 9.81;
-    for (const double friction : {0.1, 0.25}) {
+TEST(Robustness, ABlockSlidesOnSlopesAboveTheFrictionAngleAsCoulombsLawPredicts) {
+    const Model box({0.4, 0.4, 0.2}, {2, 2, 1}, {.young = 1e6, .rayleigh_mass = 0});
+    const double slope = 0.35, g = 9.81;  // tan 0.35 = 0.365
+    for (const double friction : {0.1, 0.25, 0.6}) {
+        // Tilts gravity and keeps the floor level.
         World world(WorldConfig{.gravity = {g * std::sin(slope), 0, -g * std::cos(slope)}});
         world.add_obstacle(floor_at(0, friction));
         world.add_body(box.at({0, 0, 0.104}));
@@ -219,7 +217,10 @@ TEST(Robustness, ASlidingBlockAcceleratesAsCoulombFrictionPredicts) {
         const double before = speed();
         for (int i = 0; i < 100; ++i) ASSERT_EQ(world.step(5e-3).failure, "");
         const double expected = g * (std::sin(slope) - friction * std::cos(slope));
-        EXPECT_NEAR((speed() - before) / 0.5, expected, 0.02 * expected) << friction;
+        if (expected > 0)
+            EXPECT_NEAR((speed() - before) / 0.5, expected, 0.02 * expected) << friction;
+        else
+            EXPECT_LT(std::abs(world.state(0).x.col(0).mean()), 0.01) << friction;
     }
 }
 

@@ -21,25 +21,11 @@ using test::linear_momentum;
 using test::Model;
 using test::turned;
 
-TEST(World, AFreeBodyFallsAtTheExpectedRate) {
-    const Model box({0.5, 0.4, 0.3}, {2, 2, 2});
-    Material undamped = box.body.material;
-    undamped.rayleigh_mass = 0;
-    WorldBody entry = box.at({0, 0, 5});
-    entry.elastic = std::make_shared<const ElasticBody>(box.body.tets, undamped);
-    World world(WorldConfig{});
-    world.add_body(entry);
-    for (int i = 0; i < 50; ++i) ASSERT_EQ(world.step(0.01).failure, "");
-    // Backward Euler: v = g t, z = g dt^2 n (n + 1) / 2, up to the tolerance of the linear solves.
-    EXPECT_NEAR(world.state(0).v.col(2).mean(), -9.81 * 0.5, 5e-7);
-    EXPECT_NEAR(world.state(0).x.col(2).mean(), 5 - 9.81 * 1e-4 * 50 * 51 / 2, 5e-7);
-}
-
 class DroppedBody : public ::testing::TestWithParam<std::tuple<double, double>> {};
 
 TEST_P(DroppedBody, HardlyPenetratesTheBodyBelow) {
     const auto [height, young] = GetParam();
-    const Model box({1, 0.4, 0.3}, {6, 3, 2}, young);
+    const Model box({1, 0.4, 0.3}, {6, 3, 2}, {.young = young});
     World world(WorldConfig{});
     world.add_obstacle(floor_at(0));
     world.add_body(box.at({0, 0, 0.16}));
@@ -65,27 +51,9 @@ TEST_P(DroppedBody, HardlyPenetratesTheBodyBelow) {
 INSTANTIATE_TEST_SUITE_P(HeightsAndStiffness, DroppedBody,
                          ::testing::Combine(::testing::Values(0.3, 1.0), ::testing::Values(5e4, 2e5)));
 
-TEST(World, CollidingBodiesConserveMomentum) {
+TEST(World, SaysWhereTheTimeOfItsStepsWent) {
     World world(WorldConfig{.gravity = Eigen::Vector3d::Zero()});
     test::add_colliding_boxes(world);
-    const Eigen::Vector3d before = linear_momentum(world);
-    const double speed_before = linear_momentum(world, 0).x();
-    int touched = 0;
-    for (int i = 0; i < 80; ++i) {
-        const WorldReport report = world.step(5e-3);
-        ASSERT_EQ(report.failure, "");
-        if (report.contacts > 0) ++touched;
-    }
-    ASSERT_GT(touched, 3);
-    EXPECT_LT(linear_momentum(world, 0).x(), 0.5 * speed_before);
-    EXPECT_LT((linear_momentum(world) - before).norm(), 1e-4 * speed_before);
-}
-
-TEST(World, SaysWhereTheTimeOfItsStepsWent) {
-    const Model box({0.6, 0.4, 0.3}, {3, 2, 2});
-    World world(WorldConfig{.gravity = Eigen::Vector3d::Zero()});
-    world.add_body(box.at({0, 0, 0}, turned(0.2), {1.2, 0.1, 0}));
-    world.add_body(box.at({0.75, 0.1, 0.05}, turned(-0.5), {-0.8, 0, 0.1}));
     const Stopwatch watch;
     double sum_us = 0;
     for (int i = 0; i < 30; ++i) {
@@ -99,26 +67,10 @@ TEST(World, SaysWhereTheTimeOfItsStepsWent) {
     EXPECT_LE(sum_us, watch.microseconds());
 }
 
-TEST(World, ABlockSlidesOnlyOnSlopesAboveTheFrictionAngle) {
-    const Model box({0.4, 0.4, 0.2}, {2, 2, 1}, 1e6);
-    const double slope = 0.35, g = 9.81;  // tan 0.35 = 0.365
-    const auto travelled = [&](double friction) {
-        // Tilts gravity and keeps the floor level.
-        World world(WorldConfig{.gravity = {g * std::sin(slope), 0, -g * std::cos(slope)}});
-        world.add_obstacle(floor_at(0, friction));
-        world.add_body(box.at({0, 0, 0.104}));
-        for (int i = 0; i < 200; ++i) EXPECT_EQ(world.step(5e-3).failure, "");
-        return world.state(0).x.col(0).mean();
-    };
-    EXPECT_LT(std::abs(travelled(0.6)), 0.01);
-    const double friction = 0.15, expected = 0.5 * g * (std::sin(slope) - friction * std::cos(slope));
-    EXPECT_NEAR(travelled(friction), expected, 0.1 * expected);
-}
-
 /// A block that is lifted from the floor it rests on: its contacts press where the solution of the step
 /// begins, and would pull where it ends.
 TEST(World, ContactsLetGoOfABodyThatIsLifted) {
-    const Model box({0.4, 0.4, 0.2}, {2, 2, 1}, 1e6);
+    const Model box({0.4, 0.4, 0.2}, {2, 2, 1}, {.young = 1e6});
     const double g = 9.81, dt = 5e-3;
     World world(WorldConfig{});
     world.add_obstacle(floor_at(0));
@@ -177,7 +129,7 @@ TEST(World, GivesTheSameBitsInTwoRuns) {
 }
 
 TEST(World, ContinuesFromASnapshotWithTheSameBits) {
-    const Model box({0.6, 0.4, 0.3}, {3, 2, 2}, 2e4);
+    const Model box({0.6, 0.4, 0.3}, {3, 2, 2}, {.young = 2e4});
     const auto build = [&] {
         auto world = std::make_unique<World>(WorldConfig{});
         world->add_obstacle(floor_at(0));
@@ -215,7 +167,7 @@ TEST(World, ContinuesFromASnapshotWithTheSameBits) {
 }
 
 TEST(World, TheSolverStartsWhereVelocitiesHeadFor) {
-    const Model box({0.6, 0.4, 0.3}, {6, 4, 3}, 2e4);
+    const Model box({0.6, 0.4, 0.3}, {6, 4, 3}, {.young = 2e4});
     const auto build = [&] {
         auto world = std::make_unique<World>(WorldConfig{});
         WorldBody body = box.at({0, 0, 0});
