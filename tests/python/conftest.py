@@ -1,8 +1,10 @@
 """What the tests of the package share. They take the package from NBDTREE_PYTHON if that names a folder."""
 
+import contextlib
 import os
 import pathlib
 import sys
+import threading
 
 import numpy as np
 import pytest
@@ -60,6 +62,28 @@ def one_line(error):
     return text
 
 
+@contextlib.contextmanager
+def refused(kind, text, whole=False):
+    """Expects an exception of one line, which holds the text, or is it."""
+    with pytest.raises(kind) as error:
+        yield
+    assert text == one_line(error) if whole else text in one_line(error), text
+
+
+def in_threads(*works):
+    """Runs functions in threads of their own to their ends."""
+    threads = [threading.Thread(target=work) for work in works]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+
+
+def pairs_of(rows):
+    """Rows of an array as a set."""
+    return {tuple(row) for row in rows.tolist()}
+
+
 def falling_beams(beam, height=0.3):
     """A scene with two beams above a floor."""
     return {
@@ -82,4 +106,4 @@ def close_pairs(xa, fa, xb, fb):
     lo_a, hi_a = boxes_of(xa, fa)
     lo_b, hi_b = boxes_of(xb, fb)
     overlap = np.all((lo_a[:, None] <= hi_b[None]) & (lo_b[None] <= hi_a[:, None]), axis=2)
-    return {tuple(pair) for pair in np.argwhere(overlap)}
+    return pairs_of(np.argwhere(overlap))

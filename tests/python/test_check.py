@@ -1,5 +1,6 @@
 """`nbdtree inspect --check` on files with seeded defects: one clear line each, exit status 1."""
 
+import os
 import shutil
 import subprocess
 
@@ -36,75 +37,50 @@ SHARD = "data.shards/000000-000004.h5"
 THREE = "trajectories/000003"
 
 
-def edit(name):
-    """A decorator: the function changes the open file of this name."""
+def edit(name, change):
+    """A defect: `change` of the open file of this name."""
 
-    def wrap(change):
-        def seed(folder):
-            with h5py.File(folder / name, "r+") as file:
-                change(file)
+    def seed(folder):
+        with h5py.File(folder / name, "r+") as file:
+            change(file)
 
-        return seed
+    return seed
 
-    return wrap
+
+def put(group, name, values):
+    """Stores a dataset anew, with the attributes that it had."""
+    attributes = dict(group[name].attrs)
+    del group[name]
+    group[name] = values
+    group[name].attrs.update(attributes)
 
 
 def set_value(name, dataset, place, value):
-    @edit(name)
-    def seed(file):
-        file[dataset][place] = value
-
-    return seed
-
-
-def set_text(name, dataset, old, new):
-    @edit(name)
-    def seed(file):
-        text = file[dataset][0].decode()
-        assert old in text
-        del file[dataset]
-        file[dataset] = np.array([text.replace(old, new, 1).encode()])
-
-    return seed
+    return edit(name, lambda file: file[dataset].__setitem__(place, value))
 
 
 def replace(name, dataset, change):
-    @edit(name)
-    def seed(file):
-        values, attributes = change(file[dataset][:]), dict(file[dataset].attrs)
-        del file[dataset]
-        file[dataset] = values
-        file[dataset].attrs.update(attributes)
+    return edit(name, lambda file: put(file, dataset, change(file[dataset][:])))
 
-    return seed
+
+def set_text(name, dataset, old, new):
+    def change(text):
+        assert old in text[0].decode()
+        return np.array([text[0].decode().replace(old, new, 1).encode()])
+
+    return replace(name, dataset, change)
 
 
 def set_attribute(name, item, attribute, value):
-    @edit(name)
-    def seed(file):
-        file[item].attrs.modify(attribute, value)
-
-    return seed
+    return edit(name, lambda file: file[item].attrs.modify(attribute, value))
 
 
 def remove(name, item):
-    @edit(name)
-    def seed(file):
-        del file[item]
-
-    return seed
-
-
-def remove_shard(folder):
-    (folder / SHARD).unlink()
+    return edit(name, lambda file: file.pop(item))
 
 
 def truncate(name):
-    def seed(folder):
-        path = folder / name
-        path.write_bytes(path.read_bytes()[: path.stat().st_size * 2 // 3])
-
-    return seed
+    return lambda folder: os.truncate(folder / name, (folder / name).stat().st_size * 2 // 3)
 
 
 def flip_a_byte(folder):
@@ -116,28 +92,22 @@ def flip_a_byte(folder):
     (folder / SHARD).write_bytes(data)
 
 
-@edit("data.h5")
 def hold_out_a_training_trajectory(file):
     """In both parts."""
     split = file["dataset/split"]
-    held = np.sort(np.append(split["held_out"][:], split["train"][0])).astype(np.int32)
-    del split["held_out"]
-    split["held_out"] = held
+    put(split, "held_out", np.sort(np.append(split["held_out"][:], split["train"][0])).astype(np.int32))
 
 
-@edit("data.h5")
 def train_on_what_the_rule_holds_out(file):
     split = file["dataset/splits/parameter"]
     held, train = split["held_out"][:], split["train"][:]
-    del split["held_out"], split["train"]
-    split["held_out"], split["train"] = held[1:], np.sort(np.append(train, held[0])).astype(np.int32)
+    put(split, "held_out", held[1:])
+    put(split, "train", np.sort(np.append(train, held[0])).astype(np.int32))
 
 
-@edit("data.h5")
-def set_digit_of_a_checksum(file):
-    text = file["dataset/shards"][0].decode()
-    del file["dataset/shards"]
-    file["dataset/shards"] = np.array([(("1" if text[0] == "0" else "0") + text[1:]).encode()])
+def with_another_first_digit(text):
+    digits = text[0].decode()
+    return np.array([(("1" if digits[0] == "0" else "0") + digits[1:]).encode()])
 
 
 def add_edge(row, last=True):
@@ -180,17 +150,18 @@ DATASET = [
      "outside of the folder of the file"),
     ("a shard of another dataset", set_attribute(SHARD, "/", "dataset", np.bytes_("0" * 64)),
      "belongs to another dataset"),
-    ("a missing shard", remove_shard, "no such file"),
-    ("a wrong checksum in the manifest", set_digit_of_a_checksum, "as in the manifest"),
+    ("a missing shard", lambda folder: (folder / SHARD).unlink(), "no such file"),
+    ("a wrong checksum in the manifest", replace("data.h5", "dataset/shards", with_another_first_digit),
+     "as in the manifest"),
     ("a damaged chunk", flip_a_byte, f"dataset '/{THREE}/positions' is damaged"),
     ("a truncated dataset", truncate("data.h5"), "is truncated or damaged"),
     ("a truncated shard", truncate(SHARD), "is truncated or damaged"),
     ("an id twice", set_attribute("data.h5", THREE, "id", 2), "has id 2, which another trajectory has too"),
     ("an id that is not the group's", set_attribute("data.h5", THREE, "id", 33), f"group '{THREE}' has trajectory 33"),
-    ("a trajectory in both parts", hold_out_a_training_trajectory, "twice; allowed: each in one part"),
+    ("a trajectory in both parts", edit("data.h5", hold_out_a_training_trajectory), "twice; allowed: each in one part"),
     ("a split that names no trajectory", set_value("data.h5", "dataset/split/train", -1, 99), "names trajectory 99"),
     ("a split that lacks one", replace("data.h5", "dataset/split/train", lambda ids: ids[1:]), "' lacks trajectory"),
-    ("a split against its rule", train_on_what_the_rule_holds_out, "which its rule kind=thrown holds out"),
+    ("a split against its rule", edit("data.h5", train_on_what_the_rule_holds_out), "which its rule kind=thrown holds out"),
     ("another rule", set_text("data.h5", "dataset/splits/parameter/rule", "kind=thrown", "kind=drop"),
      "split 'parameter'"),
     ("another plan", set_text("data.h5", "dataset/plan", '"frames": 6', '"frames": 7'),
@@ -253,21 +224,14 @@ def test_whole_files_pass(whole, check, poses):
 
 
 def test_files_of_another_body_are_refused(whole, check, assets, tmp_path):
-    other = tmp_path / "gear.h5"
+    other, flat = tmp_path / "gear.h5", tmp_path / "tree.nbd"
     nbd.save_body(other, nbd.mesh_file(assets / "gear.obj"))
-    for name in ("data.h5", "tree.h5", "beam.h5"):
-        ran = check(whole / name, "--body", other)
-        assert ran.returncode == 1 and f"which is {other}" in ran.stderr, ran.stderr
-
-
-def test_a_flat_tree_of_another_body_is_refused(whole, check, assets, tmp_path):
-    tree = nbd.load_tree(whole / "tree.h5").tree
-    nbd.save_flat_tree(tmp_path / "tree.nbd", tree)
-    assert check(tmp_path / "tree.nbd", "--body", whole / "beam.h5").returncode == 0
-    other = tmp_path / "gear.h5"
-    nbd.save_body(other, nbd.mesh_file(assets / "gear.obj"))
-    ran = check(tmp_path / "tree.nbd", "--body", other)
-    assert ran.returncode == 1 and f"allowed: that of {other}" in ran.stderr, ran.stderr
+    nbd.save_flat_tree(flat, nbd.load_tree(whole / "tree.h5").tree)
+    assert check(flat, "--body", whole / "beam.h5").returncode == 0
+    for path, text in [*((whole / name, f"which is {other}") for name in ("data.h5", "tree.h5", "beam.h5")),
+                       (flat, f"allowed: that of {other}")]:
+        ran = check(path, "--body", other)
+        assert ran.returncode == 1 and text in ran.stderr, ran.stderr
 
 
 def test_faces_beyond_the_body_are_refused(whole, check, beam, tmp_path):

@@ -94,7 +94,8 @@ def test_row_2_arrays_of_objects(beam, tree_file, assets):
         for one, other in zip(getattr(owner, name), getattr(owner, name)):
             assert is_kept_by(owner, one) and address(one) == address(other) and not one.flags.writeable
     assert address(beam.tets.X) == address(beam.X) and address(beam.surface.F) == address(beam.F)
-    get = [lambda body: body.X, lambda body: body.W[0], lambda body: body.tets.T, lambda body: body.surface.X]
+    get = [lambda body: body.X, lambda body: body.F, lambda body: body.surface_X, lambda body: body.W[0],
+           lambda body: body.tets.T, lambda body: body.surface.X]
     assert outlives(lambda: nbd.mesh_file(assets / "beam.obj"), get)
     assert outlives(lambda: nbd.make_exact_tree(surface.X, surface.F), [lambda tree: tree.faces])
 

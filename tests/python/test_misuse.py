@@ -11,7 +11,7 @@ import threading
 
 import numpy as np
 import pytest
-from conftest import falling_beams, one_line
+from conftest import falling_beams, one_line, refused
 
 import nbdtree as nbd
 
@@ -76,9 +76,8 @@ def test_empty_objects_are_refused_as_arguments(beam, poses, tmp_path):
         lambda: beam.with_material(empty(nbd.Material)),
         lambda: nbd.Material() == empty(nbd.Material),
     ):
-        with pytest.raises(TypeError) as error:
+        with refused(TypeError, "__new__() alone"):
             call()
-        assert "__new__() alone" in one_line(error)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -98,9 +97,8 @@ def test_empty_objects_are_refused_as_arguments(beam, poses, tmp_path):
     ],
 )
 def test_wrong_types_are_told_in_one_line(beam, call, text):
-    with pytest.raises(TypeError) as error:
+    with refused(TypeError, text):
         call(beam)
-    assert text in one_line(error)
 
 
 def test_objects_of_memory_are_not_copied_or_pickled(beam, tree_file):
@@ -108,9 +106,8 @@ def test_objects_of_memory_are_not_copied_or_pickled(beam, tree_file):
     for item in (beam, world, tree_file, tree_file.tree, nbd.PosedTree(tree_file.tree), nbd.PairQuery(),
                  nbd.MovingBody(beam.surface_X, beam.F)):
         for action in (copy.copy, copy.deepcopy, pickle.dumps):
-            with pytest.raises(TypeError) as error:
+            with refused(TypeError, "cannot pickle"):
                 action(item)
-            assert "cannot pickle" in one_line(error)
 
 
 def test_a_pose_of_a_world_ends_with_its_next_step(beam):
@@ -129,9 +126,8 @@ def test_a_pose_of_a_world_ends_with_its_next_step(beam):
             query()
         move()
         for query in queries:
-            with pytest.raises(RuntimeError) as error:
+            with refused(RuntimeError, "PosedTree: its world has moved since the pose; call World.begin_pose() again", True):
                 query()
-            assert one_line(error) == "PosedTree: its world has moved since the pose; call World.begin_pose() again"
     a.begin_pose(beam.surface_X.astype(np.float32))
     nbd.SelfQuery().intersecting(a)
 
@@ -158,9 +154,8 @@ def test_a_tree_without_a_pose_says_so(tree_file):
     for bounds in tree_file.tree.bounds:
         tree = nbd.PosedTree(tree_file.tree, bounds)
         for call in (lambda: tree.sphere(0), tree.whole):
-            with pytest.raises(RuntimeError) as error:
+            with refused(RuntimeError, "PosedTree: has no pose yet; call begin_pose() first", whole=True):
                 call()
-            assert one_line(error) == "PosedTree: has no pose yet; call begin_pose() first"
 
 
 def test_a_writer_that_is_closed_says_so(tmp_path):

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from conftest import one_line
+from conftest import refused
 
 import nbdtree as nbd
 
@@ -68,9 +68,8 @@ def test_modes_are_orthonormal_in_the_mass_matrix(beam):
     ],
 )
 def test_bad_input_is_refused_with_one_line(make, text):
-    with pytest.raises(ValueError) as error:
+    with refused(ValueError, text):
         make()
-    assert text in one_line(error)
 
 
 @pytest.mark.parametrize(
@@ -83,9 +82,8 @@ def test_bad_input_is_refused_with_one_line(make, text):
     ],
 )
 def test_options_of_meshing_that_contradict_are_refused(assets, options, text):
-    with pytest.raises(ValueError) as error:
+    with refused(ValueError, text):
         nbd.mesh_file(assets / "beam.obj", **options)
-    assert text in one_line(error)
 
 
 def test_materials_are_compared():
@@ -96,9 +94,8 @@ def test_materials_are_compared():
 def test_files_that_are_not_there_are_named(tmp_path):
     for read in (nbd.read_surface, nbd.read_tets, nbd.load_body, nbd.load_tree, nbd.load_flat_tree,
                  nbd.RecordingReader, nbd.mesh_file):
-        with pytest.raises(RuntimeError) as error:
+        with refused(RuntimeError, "none.obj"):
             read(tmp_path / "none.obj")
-        assert "none.obj" in one_line(error)
 
 
 def open_scan():
@@ -137,12 +134,10 @@ def test_a_scan_is_caged_and_its_defects_are_told():
 def test_cages_that_cannot_be_are_refused():
     for nodes, surface, text in [(10, open_scan(), "a cage of 10 nodes; allowed: 50 to 200000"),
                                  (100, nbd.TriMesh(np.zeros((3, 3)), [[0, 1, 2]]), "")]:
-        with pytest.raises(ValueError) as error:
+        with refused(ValueError, text):
             nbd.make_cage_body("x", surface, nodes)
-        assert text in one_line(error)
-    with pytest.raises(ValueError) as error:
+    with refused(ValueError, "name: has a control character; allowed: one line of text", whole=True):
         nbd.make_cage_body("a\nb", open_scan(), 100)
-    assert one_line(error) == "name: has a control character; allowed: one line of text"
 
 
 def test_devices_and_folders_are_not_written_over(beam, tree_file, tmp_path):
@@ -153,7 +148,6 @@ def test_devices_and_folders_are_not_written_over(beam, tree_file, tmp_path):
              lambda path: nbd.write_surface(path, beam.surface)]
     for save in saves:
         for path, text in [("folder", "it is a folder"), ("link", "it is not an ordinary file"), ("no/x", "there is no folder")]:
-            with pytest.raises(RuntimeError) as error:
+            with refused(RuntimeError, text):
                 save(tmp_path / path)
-            assert text in one_line(error)
     assert (tmp_path / "link").is_symlink() and not (tmp_path / "folder").is_file()

@@ -4,7 +4,7 @@ import subprocess
 import h5py
 import numpy as np
 import pytest
-from conftest import one_line
+from conftest import one_line, refused
 
 import nbdtree as nbd
 
@@ -111,9 +111,8 @@ def test_progress_is_told_and_its_errors_are_raised(beam, poses, tmp_path):
     def open_file(what, done, total):
         nbd.dataset_manifest(poses)
 
-    with pytest.raises(RuntimeError) as error:
+    with refused(RuntimeError, "progress: must not call functions that read or write files of nbdtree", whole=True):
         nbd.train(beam, poses, ["learned_affine"], depth=4, progress=open_file)
-    assert one_line(error) == "progress: must not call functions that read or write files of nbdtree"
     with pytest.raises(LookupError):
         nbd.train(beam, poses, ["learned_affine"], depth=4, progress=refuse)
     with pytest.raises(LookupError):
@@ -135,9 +134,8 @@ def test_recordings_are_written_frame_by_frame(tmp_path):
     reader = nbd.RecordingReader(path)
     assert np.array_equal(reader.read(0), x.astype(np.float32))
     assert list(reader.facts(0)["contacts"]) == [0, 1, 2, 3]
-    with pytest.raises(RuntimeError) as error:
+    with refused(RuntimeError, "RecordingWriter: is closed", whole=True):
         writer.finish()
-    assert one_line(error) == "RecordingWriter: is closed"
 
 
 def test_bad_arguments_are_refused(beam, poses, tree_file, tmp_path):
@@ -153,7 +151,6 @@ def test_bad_arguments_are_refused(beam, poses, tree_file, tmp_path):
         (lambda: nbd.make_dataset(beam, tmp_path / "x.h5", strength=1e9), "strength"),
         (lambda: nbd.make_dataset(beam, tmp_path / "x.h5", recipe=5), "recipe: is"),
     ]:
-        with pytest.raises(ValueError) as error:
+        with refused(ValueError, text):
             call()
-        assert text in one_line(error)
     assert list(tmp_path.iterdir()) == []
