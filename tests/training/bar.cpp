@@ -126,9 +126,7 @@ Vertices Bar::pose(double bend, double twist, double stretch, const Eigen::Quate
 }
 
 Vertices Bar::frame(std::uint64_t seed, int trajectory, int frame) const {
-    const auto draw = [&](std::uint64_t i) {
-        return 2 * counter_uniform(seed, static_cast<std::uint64_t>(trajectory), i) - 1;
-    };
+    const auto draw = [&](std::uint64_t i) { return 2 * counter_uniform(seed, trajectory, i) - 1; };
     const double t = 0.15 * frame;
     const Eigen::Quaterniond turn = Eigen::Quaterniond(draw(0), draw(1), draw(2), draw(3)).normalized() *
                                     Eigen::Quaterniond(Eigen::AngleAxisd(t, Eigen::Vector3d::UnitY()));

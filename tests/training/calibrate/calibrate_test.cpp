@@ -18,7 +18,7 @@ using test::error_of;
 
 TEST(LevelAtRate, LeavesAtMostTheGivenRateAbove) {
     std::vector<float> scores;
-    for (int i = 30; i > 0; --i) scores.push_back(static_cast<float>(i));
+    for (int i = 30; i > 0; --i) scores.push_back(i);
     EXPECT_EQ(level_at_rate(scores, 0), 30);
     EXPECT_EQ(level_at_rate(scores, 0.033), 30);  // fewer than one of 30 may exceed it
     EXPECT_EQ(level_at_rate(scores, 0.1), 27);
@@ -101,7 +101,7 @@ TEST(MeanInterval, HasAboutTheStatedCoverage) {
     for (int i = 0; i < 200; ++i) {
         std::vector<double> draws(40);
         for (double& draw : draws) draw = normal(random);
-        const Interval interval = mean_interval(draws, static_cast<std::uint64_t>(i));
+        const Interval interval = mean_interval(draws, i);
         held += interval.low <= 3 && 3 <= interval.high;
     }
     EXPECT_GE(held, 180);

@@ -41,7 +41,7 @@ TEST_F(CoordinateSpread, WhitensTheCoordinatesOfTheTrainingPoses) {
     const Eigen::VectorXd mean = z.colwise().mean().transpose();
     EXPECT_LT((mean - model.z_mean.cast<double>()).norm(), 1e-6 * (1 + mean.norm()));
     z.rowwise() -= mean.transpose();
-    Eigen::MatrixXd covariance = z.transpose() * z / static_cast<double>(z.rows());
+    Eigen::MatrixXd covariance = z.transpose() * z / double(z.rows());
     covariance.diagonal().array() +=
         1e-3 * covariance.trace() / 6;  // regularises directions that the poses hardly span
     const Eigen::MatrixXd whitening = model.z_whitening.cast<double>();

@@ -336,7 +336,7 @@ const BrokenTree broken_trees[] = {
              cols.push_back(v);
              values.push_back(v == 5 ? -1.f : 1.f);
              if (v == 5) cols.push_back(9), values.push_back(2);
-             rows[static_cast<std::size_t>(v) + 1] = cols.size();
+             rows[v + 1] = cols.size();
          }
          f.replace("embedding/rows", {65}, rows);
          f.replace("embedding/cols", {65}, cols);

@@ -3,23 +3,28 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <set>
 #include <stdexcept>
 
 #include "collision/base/counter_random.hpp"
+#include "tests/support/file_damage.hpp"
 #include "tests/support/on_threads.hpp"
+#include "tests/training/bar.hpp"
+#include "training/learn/cluster_modes.hpp"
 
 namespace nbd {
 namespace {
+
+using test::Bar;
 
 /// `groups` clusters of `each` points around well-separated centres.
 PointRows clouds(int groups, int each, int dimensions) {
     PointRows points(groups * each, dimensions);
     for (int i = 0; i < points.rows(); ++i)
         for (int d = 0; d < dimensions; ++d)
-            points(i, d) = static_cast<float>(
-                100 * counter_uniform(1, static_cast<std::uint64_t>(i % groups), d) +
-                counter_uniform(2, static_cast<std::uint64_t>(i), static_cast<std::uint64_t>(d)));
+            points(i, d) =
+                static_cast<float>(100 * counter_uniform(1, i % groups, d) + counter_uniform(2, i, d));
     return points;
 }
 
@@ -111,6 +116,66 @@ TEST(KMeans, RejectsAnEmptySetAndAnInvalidConfig) {
     EXPECT_THROW(k_means(PointRows::Zero(2, 3), {.clusters = 0}, 0), std::invalid_argument);
     EXPECT_THROW(k_means(PointRows::Zero(2, 3), {.max_iterations = 0}, 0), std::invalid_argument);
     EXPECT_THROW(k_means(PointRows::Zero(2, 3), {.points_per_cluster = 0}, 0), std::invalid_argument);
+}
+
+class ClusterModes : public test::FileTest {
+ protected:
+    void SetUp() override {
+        FileTest::SetUp();
+        bar.record(folder / "data.h5", 3, 40, 9);
+    }
+    ClusteredModesChoice choose(int clusters, int initialisations) {
+        const RecordingReader data(folder / "data.h5");
+        FrameSource source(bar.body.W, data);
+        return cluster_modes(
+            bar.body, source, complete_frames(data),
+            {.k_means = {.clusters = clusters}, .initialisations = initialisations, .poses = 60});
+    }
+    Bar bar{12, 3};
+};
+
+TEST_F(ClusterModes, GiveExactModalCoordinatesWithEveryVertex) {
+    const auto choice = choose(100000, 1);
+    EXPECT_EQ(choice.modes.X.rows(), bar.body.X.rows());
+    EXPECT_LT(choice.z_error, 1e-4);
+}
+
+TEST_F(ClusterModes, CountEveryVertexOnceAndKeepTheRowsOfU) {
+    const ClusteredModes modes = choose(30, 2).modes;
+    ASSERT_EQ(modes.representatives.size(), 30u);
+    EXPECT_EQ(modes.w.sum(), static_cast<float>(bar.body.X.rows()));
+    for (int i = 0; i < 30; ++i) {
+        const int v = modes.representatives[i];
+        EXPECT_EQ(modes.X.row(i), bar.body.X.row(v));
+        const Eigen::MatrixXf rows = bar.body.U.middleRows(3 * v, 3);
+        EXPECT_TRUE(modes.U.numbers().middleRows(3 * i, 3).isApprox(rows, 1e-3f));
+    }
+}
+
+TEST_F(ClusterModes, GiveBetterCoordinatesWithMoreClusters) {
+    const double few = choose(15, 1).z_error, many = choose(120, 1).z_error;
+    EXPECT_GT(few, 0.005);
+    EXPECT_LT(many, few);
+}
+
+TEST_F(ClusterModes, KeepTheBestOfSeveralInitialisationsOnAnyNumberOfThreads) {
+    const auto one = test::on_threads(1, [&] { return choose(20, 6); });
+    const auto two = test::on_threads(2, [&] { return choose(20, 6); });
+    EXPECT_EQ(one.modes.representatives, two.modes.representatives);
+    EXPECT_EQ(one.z_error, two.z_error);
+    // The first is not the best of them here, and each more that is tried makes the choice no worse.
+    double last = std::numeric_limits<double>::infinity(), first = choose(20, 1).z_error;
+    for (int tried = 1; tried <= 6; ++tried) {
+        const double error = choose(20, tried).z_error;
+        EXPECT_LE(error, 1.02 * last) << tried;  // the choice is by absolute errors, this one is relative
+        last = error;
+    }
+    EXPECT_LT(one.z_error, 0.99 * first);
+}
+
+TEST_F(ClusterModes, RejectAnInvalidConfig) {
+    EXPECT_THROW(choose(0, 1), std::invalid_argument);
+    EXPECT_THROW(choose(5, 0), std::invalid_argument);
 }
 
 }  // namespace

@@ -81,7 +81,7 @@ TEST_F(TrainTree, ReadsTheRecordingOnceAndGivesTheSameBitsAsWhenItIsStreamed) {
         return test::on_threads(threads, [&] {
             Run run{train_tree(bar.body, source, quick()), 0};
             calibrate(run.file, source, {.miss_rate = 0.05});
-            run.reads = static_cast<double>(data.frames_read()) / static_cast<double>(data.frames());
+            run.reads = static_cast<double>(data.frames_read()) / data.frames();
             return run;
         });
     };

@@ -3,16 +3,21 @@
 #include <gtest/gtest.h>
 
 #include <numeric>
+#include <sstream>
 #include <string>
 
 #include "collision/base/counter_random.hpp"
 #include "tests/support/error_of.hpp"
+#include "tests/support/file_damage.hpp"
 #include "tests/support/on_threads.hpp"
 #include "training/networks/adam.hpp"
+#include "training/networks/checkpoint.hpp"
 #include "training/networks/pose_blocks.hpp"
 
 namespace nbd {
 namespace {
+
+using Checkpoint = test::FileTest;
 
 /// Poses of a smooth map from `m` numbers to four per node, with a different map for each node.
 struct Problem {
@@ -20,9 +25,7 @@ struct Problem {
     Problem(int poses, int m, int nodes, std::uint64_t seed) : inputs(poses, m), targets(poses, 4 * nodes) {
         for (int p = 0; p < poses; ++p) {
             for (int i = 0; i < m; ++i)
-                inputs(p, i) = static_cast<float>(
-                    2 * counter_uniform(seed, static_cast<std::uint64_t>(p), static_cast<std::uint64_t>(i)) -
-                    1);
+                inputs(p, i) = static_cast<float>(2 * counter_uniform(seed, p, i) - 1);
             for (int n = 0; n < nodes; ++n) {
                 const float a = inputs(p, n % m), b = inputs(p, (n + 1) % m);
                 targets.block<1, 4>(p, 4 * n) << a * b, std::abs(a), std::sin(2 * b), 0.5f * (a * a - b);
@@ -170,6 +173,70 @@ TEST(MlpTrainer, RejectsDataOfTheWrongShape) {
     EXPECT_THROW(train_mlps(PoseRows(0, 3), PoseRows(0, 8), {}, {}, {}, networks), std::invalid_argument);
     networks[1].weights.setZero(17);
     EXPECT_THROW(train_mlps(PoseRows(5, 3), PoseRows(5, 8), {}, {}, {}, networks), std::invalid_argument);
+}
+
+std::vector<TrainedMlp> half_trained() {
+    std::vector<TrainedMlp> networks(5);
+    for (const int i : {1, 4})
+        networks[i] = {Eigen::VectorXf::Constant(9, 0.1f * static_cast<float>(i)),
+                       0.01f * static_cast<float>(i), 10 * i};
+    return networks;
+}
+
+TEST_F(Checkpoint, RoundTripsTrainedNetworks) {
+    const auto path = folder / "checkpoint.h5", none = folder / "none.h5";
+    const auto saved = half_trained();
+    save_checkpoint(path, "key", saved);
+    std::vector<TrainedMlp> loaded(5);
+    EXPECT_EQ(load_checkpoint(path, "key", loaded), 2);
+    for (std::size_t i = 0; i < 5; ++i) {
+        EXPECT_EQ(loaded[i].weights, saved[i].weights);
+        EXPECT_EQ(loaded[i].loss, saved[i].loss);
+        EXPECT_EQ(loaded[i].epochs, saved[i].epochs);
+    }
+    EXPECT_EQ(load_checkpoint(none, "key", loaded), 0);
+    save_checkpoint(none, "key", std::vector<TrainedMlp>(3));
+    EXPECT_FALSE(std::filesystem::exists(none));
+}
+
+TEST_F(Checkpoint, IgnoresTheCheckpointOfAnotherTraining) {
+    save_checkpoint(folder / "checkpoint.h5", "key", half_trained());
+    std::vector<TrainedMlp> loaded(5);
+    EXPECT_EQ(load_checkpoint(folder / "checkpoint.h5", "other key", loaded), 0);
+    for (const TrainedMlp& network : loaded) EXPECT_EQ(network.weights.size(), 0);
+}
+
+TEST_F(Checkpoint, RejectsNodesThatTheTrainingDoesNotHave) {
+    save_checkpoint(folder / "checkpoint.h5", "key", half_trained());
+    std::vector<TrainedMlp> loaded(3);
+    const std::string error =
+        test::error_of([&] { load_checkpoint(folder / "checkpoint.h5", "key", loaded); });
+    test::expect_clear(error, folder / "checkpoint.h5");
+    EXPECT_NE(error.find("node 4"), std::string::npos);
+}
+
+TEST_F(Checkpoint, DetectsDamage) {
+    save_checkpoint(folder / "checkpoint.h5", "key", half_trained());
+    test::expect_damage_is_found(
+        folder / "checkpoint.h5",
+        [](const std::filesystem::path& path) {
+            std::vector<TrainedMlp> networks(5);
+            std::ostringstream text;
+            text << load_checkpoint(path, "key", networks);
+            for (const TrainedMlp& n : networks) text << ' ' << n.weights.sum() << ' ' << n.epochs;
+            return text.str();
+        },
+        30, 60);
+}
+
+TEST(TrainingKey, ChangesWithDataAndOptions) {
+    PoseRows inputs = PoseRows::Constant(6, 2, 0.5f), targets = PoseRows::Constant(6, 4, 0.25f);
+    const std::string key = training_key(inputs, targets, {});
+    EXPECT_EQ(key, training_key(inputs, targets, {}));
+    EXPECT_NE(key, training_key(inputs, targets, {.seed = 2}));
+    EXPECT_NE(key, training_key(inputs, targets, {.max_epochs = 7}));
+    inputs(5, 1) = std::nextafter(0.5f, 1.f);
+    EXPECT_NE(key, training_key(inputs, targets, {}));
 }
 
 }  // namespace
