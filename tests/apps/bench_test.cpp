@@ -1,21 +1,27 @@
+#include <gmock/gmock.h>
+
 #include <algorithm>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <string>
-#include <vector>
 
 #include "tests/apps/small_files.hpp"
 
 namespace nbd {
 namespace {
 
-using BenchSimulate = test::BoxFolder;
+using nlohmann::json;
+using testing::HasSubstr;
 
-TEST_F(BenchSimulate, ShowsThatBothSolversAgree) {
-    const test::Ran ran =
-        test::run_bench(folder(), {"simulate", "box.h5", "--steps", "4", "-o", "table.csv", "--json"});
-    ASSERT_EQ(ran.status, 0) << ran.err;
-    const auto rows = nlohmann::json::parse(ran.out);
+class Bench : public test::SmallFiles {
+ protected:
+    static void SetUpTestSuite() {
+        SmallFiles::SetUpTestSuite();
+        make("mesh box.obj -o other.h5 --nodes 200 -q");
+    }
+};
+
+TEST_F(Bench, SimulateShowsThatBothSolversAgree) {
+    const json rows = bench_result("simulate box.h5 --steps 4 -o table.csv");
     ASSERT_EQ(rows.size(), 3U);
     for (const auto& row : rows) {
         EXPECT_EQ(row.at("body"), "box");
@@ -26,31 +32,16 @@ TEST_F(BenchSimulate, ShowsThatBothSolversAgree) {
             << row;
     }
     EXPECT_TRUE(test::listing(folder()).contains("table.csv"));
-
-    const test::Ran loose =
-        test::run_bench(folder(), {"simulate", "box.h5", "--steps", "4", "--tolerance", "0.1", "--json"});
-    ASSERT_EQ(loose.status, 0) << loose.err;
-    for (const auto& row : nlohmann::json::parse(loose.out)) {
-        if (row.at("scene") == "drop") continue;
-        EXPECT_GT(row.at("relative_difference").get<double>(), 1e-6) << row;  // solvers that differ are seen
-    }
+    for (const auto& row : bench_result("simulate box.h5 --steps 4 --tolerance 0.1"))
+        if (row.at("scene") != "drop") {
+            EXPECT_GT(row.at("relative_difference").get<double>(), 1e-6)
+                << row;  // solvers that differ are seen
+        }
 }
 
-TEST_F(BenchSimulate, RejectsInvalidInput) {
-    const test::Ran none = test::run_bench(folder(), {"simulate", "absent.h5"});
-    EXPECT_EQ(none.status, 1);
-    EXPECT_NE(none.err.find("absent.h5"), std::string::npos) << none.err;
-    EXPECT_EQ(test::run_bench(folder(), {"simulate", "box.h5", "--steps", "1"}).status, 2);
-    EXPECT_EQ(test::run_bench(folder(), {}).status, 2);
-    EXPECT_EQ(test::run_bench(folder(), {"simulate", "box.h5", "-o", "box.h5"}).status, 1);
-}
-
-TEST_F(BenchSimulate, ComparesElementsOfBodiesAndOfSurfacesInCages) {
-    const test::Ran ran =
-        test::run_bench(folder(), {"elements", "box.h5", "box.obj", "--cage", "60", "--levels", "1",
-                                   "--repeats", "1", "-o", "elements.csv", "--json"});
-    ASSERT_EQ(ran.status, 0) << ran.err;
-    const auto rows = nlohmann::json::parse(ran.out);
+TEST_F(Bench, ElementsComparesBodiesAndSurfacesInCages) {
+    const json rows =
+        bench_result("elements box.h5 box.obj --cage 60 --levels 1 --repeats 1 -o elements.csv");
     ASSERT_EQ(rows.size(), 10U);
     EXPECT_EQ(rows[0].at("body"), "box");
     EXPECT_TRUE(rows[5].at("body").get<std::string>().starts_with("box_")) << rows[5];
@@ -63,41 +54,9 @@ TEST_F(BenchSimulate, ComparesElementsOfBodiesAndOfSurfacesInCages) {
     EXPECT_TRUE(test::listing(folder()).contains("elements.csv"));
 }
 
-TEST_F(BenchSimulate, RefusesBodiesThatElementsCannotCompare) {
-    const test::Ran coarse = test::run_bench(folder(), {"elements", "box.obj", "--cage", "20"});
-    EXPECT_EQ(coarse.status, 1);
-    EXPECT_NE(coarse.err.find("a cage of 20 nodes; allowed: 50"), std::string::npos) << coarse.err;
-    EXPECT_EQ(test::run_bench(folder(), {"elements", "absent.h5"}).status, 1);
-    const test::Ran twice =
-        test::run_bench(folder(), {"elements", "box.h5", "box.h5", "--levels", "1", "--repeats", "1"});
-    EXPECT_EQ(twice.status, 1);
-    EXPECT_NE(twice.err.find("two bodies are called box; allowed: different names"), std::string::npos)
-        << twice.err;
-    EXPECT_EQ(test::run_bench(folder(), {"elements", "box.h5", "--levels", "0"}).status, 2);
-    EXPECT_EQ(test::run_bench(folder(), {"elements", "box.h5", "-o", "box.h5"}).status, 1);
-}
-
-TEST_F(BenchSimulate, GoneCommandsSayWhatToDoInstead) {
-    for (const char* command : {"kernels", "learned", "local", "scaling", "solvers", "laws", "ring",
-                                "networks", "strengths", "self"}) {
-        const test::Ran ran = test::run_bench(folder(), {"-q", command, "box.h5", "--steps", "2"});
-        EXPECT_EQ(ran.status, 2) << command;
-        const std::string says = std::string("nbdtree-bench: error: `nbdtree-bench ") + command + "` is gone";
-        EXPECT_TRUE(ran.err.starts_with(says)) << ran.err;
-        EXPECT_NE(ran.err.find("`nbdtree", says.size()), std::string::npos) << ran.err;
-        EXPECT_EQ(std::ranges::count(ran.err, '\n'), 1) << ran.err;
-        EXPECT_EQ(ran.out, "");
-    }
-}
-
-using BenchPeers = test::SmallFiles;
-
-TEST_F(BenchPeers, ComparesMethodsOnRecordedPosesWithEqualAnswers) {
-    const test::Ran ran = test::run_bench(
-        folder(), {"peers", "data.h5", "--body", "box.h5", "-o", "peers", "--scenes", "2", "--rounds", "1",
-                   "--light", "4", "--heavy", "6", "--clusters", "32", "--json"});
-    ASSERT_EQ(ran.status, 0) << ran.err;
-    const auto rows = nlohmann::json::parse(ran.out);
+TEST_F(Bench, PeersComparesMethodsOnRecordedPosesWithEqualAnswers) {
+    const json rows = bench_result(
+        "peers data.h5 --body box.h5 -o peers --scenes 2 --rounds 1 --light 4 --heavy 6 --clusters 32");
     ASSERT_GE(rows.size(), 4 * 8U);  // contacts, orders, methods
     for (const auto& row : rows) {
         EXPECT_EQ(row.at("faces"), 108);
@@ -110,47 +69,70 @@ TEST_F(BenchPeers, ComparesMethodsOnRecordedPosesWithEqualAnswers) {
         EXPECT_TRUE(std::filesystem::exists(folder() / file)) << file;
 }
 
-TEST_F(BenchPeers, RejectInvalidInput) {
-    const auto fails = [](const std::vector<std::string>& arguments, int status, const std::string& says) {
-        const test::Ran ran = test::run_bench(folder(), arguments);
-        EXPECT_EQ(ran.status, status) << ran.err;
-        EXPECT_NE(ran.err.find(says), std::string::npos) << ran.err;
-        EXPECT_EQ(std::ranges::count(ran.err, '\n'), 1) << ran.err;
-    };
-    fails({"peers", "data.h5", "--body", "absent.h5", "-o", "none", "-q"}, 1, "absent.h5");
-    fails({"peers", "box.h5", "--body", "box.h5", "-o", "none", "-q"}, 1, "box.h5");
-    fails({"peers", "data.h5", "-o", "none"}, 2, "--body");
-    fails({"peers", "data.h5", "--body", "box.h5", "-o", "none", "--scenes", "0"}, 2, "--scenes");
-    fails({"peers", "data.h5", "--body", "box.h5", "-o", "none", "--contact", "soft"}, 2, "--contact");
-    fails({"peers", "data.h5", "--body", "box.h5", "-o", "box.h5", "-q"}, 1, "box.h5");
-    fails({"peers", "data.h5", "--body", "box.h5", "-o", "none", "--light", "9999", "-q"}, 1,
-          "intersecting faces");
-    fails({"fig5", "data.h5", "--body", "box.h5", "-o", "none", "-q"}, 1, "two copies of the first body");
-    fails({"fig5", "data.h5", "--body", "box.h5", "-o", "none", "--bounds", "best"}, 2, "--bounds");
-    fails({"peers", "data.h5", "--body", "box.h5", "-o", "none", "--methods", "boxes,fcl"}, 1,
-          "--methods: fcl is gone; ");
-    make({"mesh", "box.obj", "-o", "other.h5", "--nodes", "200", "-q"});
-    fails({"peers", "data.h5", "--body", "box.h5", "--body", "other.h5", "-o", "none", "-q"}, 1,
-          "its tetrahedra are not those of");
-    fails({"peers", "data.h5", "--body", "other.h5", "tree.h5", "-o", "none", "-q"}, 1,
-          "tree.h5: this tree belongs to another body than other.h5");
-    EXPECT_FALSE(std::filesystem::exists(folder() / "none"));
-}
-
-TEST_F(BenchPeers, Figure5UsesTheFramesInWhichBodiesTouch) {
+TEST_F(Bench, Figure5UsesTheFramesInWhichBodiesTouch) {
     write("scene.json", R"({"bodies": [
         {"body": "box.h5", "velocity": [1, 0, 0]},
         {"body": "box.h5", "transform": {"translate": [0.42, 0.02, 0.01]}, "velocity": [-1, 0, 0]}],
         "gravity": [0, 0, 0], "time": {"dt": 0.005, "frames": 8}})");
-    make({"simulate", "scene.json", "-o", "scene.h5", "-q"});
-    const test::Ran ran = test::run_bench(folder(), {"fig5", "scene.h5", "--body", "box.h5", "tree.h5", "-o",
-                                                     "fig5", "--distance", "0.1", "--rounds", "1", "--json"});
-    ASSERT_EQ(ran.status, 0) << ran.err;
-    const auto rows = nlohmann::json::parse(ran.out);
+    make("simulate scene.json -o scene.h5 -q");
+    const json rows = bench_result("fig5 scene.h5 --body box.h5 tree.h5 -o fig5 --distance 0.1 --rounds 1");
     ASSERT_EQ(rows.size(), 2U);
     EXPECT_EQ(rows[0].at("method"), "exact");
     EXPECT_EQ(rows[1].at("method"), "nbd");
     EXPECT_TRUE(std::filesystem::exists(folder() / "fig5" / "figure5.png"));
+}
+
+TEST_F(Bench, RefusesInvalidInputInOneLine) {
+    const struct {
+        std::string line;
+        int status;
+        std::string says;
+    } cases[] = {
+        {"", 2, ""},
+        {"simulate absent.h5", 1, "absent.h5"},
+        {"simulate box.h5 --steps 1", 2, "--steps"},
+        {"simulate box.h5 -o box.h5", 1, "box.h5"},
+        {"elements box.obj --cage 20", 1, "a cage of 20 nodes; allowed: 50"},
+        {"elements absent.h5", 1, "absent.h5"},
+        {"elements box.h5 box.h5 --levels 1 --repeats 1", 1,
+         "two bodies are called box; allowed: different names"},
+        {"elements box.h5 --levels 0", 2, "--levels"},
+        {"elements box.h5 -o box.h5", 1, "box.h5"},
+        {"peers data.h5 --body absent.h5 -o none -q", 1, "absent.h5"},
+        {"peers box.h5 --body box.h5 -o none -q", 1, "box.h5"},
+        {"peers data.h5 -o none", 2, "--body"},
+        {"peers data.h5 --body box.h5 -o none --scenes 0", 2, "--scenes"},
+        {"peers data.h5 --body box.h5 -o none --contact soft", 2, "--contact"},
+        {"peers data.h5 --body box.h5 -o box.h5 -q", 1, "box.h5"},
+        {"peers data.h5 --body box.h5 -o none --light 9999 -q", 1, "intersecting faces"},
+        {"peers data.h5 --body box.h5 -o none --methods boxes,fcl", 1, "--methods: fcl is gone; "},
+        {"peers data.h5 --body box.h5 --body other.h5 -o none -q", 1, "its tetrahedra are not those of"},
+        {"peers data.h5 --body other.h5 tree.h5 -o none -q", 1,
+         "tree.h5: this tree belongs to another body than other.h5"},
+        {"fig5 data.h5 --body box.h5 -o none -q", 1, "two copies of the first body"},
+        {"fig5 data.h5 --body box.h5 -o none --bounds best", 2, "--bounds"},
+    };
+    for (const auto& [line, status, says] : cases) {
+        SCOPED_TRACE("nbdtree-bench " + line);
+        const test::Ran ran = bench(line);
+        EXPECT_EQ(ran.status, status);
+        EXPECT_THAT(ran.err, HasSubstr(says));
+        EXPECT_EQ(std::ranges::count(ran.err, '\n'), 1) << ran.err;
+    }
+    EXPECT_FALSE(std::filesystem::exists(folder() / "none"));
+}
+
+TEST_F(Bench, GoneCommandsSayWhatToDoInstead) {
+    for (const std::string command : {"kernels", "learned", "local", "scaling", "solvers", "laws", "ring",
+                                      "networks", "strengths", "self"}) {
+        const test::Ran ran = bench("-q " + command + " box.h5 --steps 2");
+        EXPECT_EQ(ran.status, 2) << command;
+        const std::string says = "nbdtree-bench: error: `nbdtree-bench " + command + "` is gone";
+        EXPECT_TRUE(ran.err.starts_with(says)) << ran.err;
+        EXPECT_NE(ran.err.find("`nbdtree", says.size()), std::string::npos) << ran.err;
+        EXPECT_EQ(std::ranges::count(ran.err, '\n'), 1) << ran.err;
+        EXPECT_EQ(ran.out, "");
+    }
 }
 
 }  // namespace

@@ -23,12 +23,26 @@ std::string temporary_file() {
 
 }  // namespace
 
-Running::Running(const std::filesystem::path& folder, const std::vector<std::string>& arguments,
-                 const char* program, Start start, const Environment& environment)
+std::vector<std::string> words(std::string_view line) {
+    std::vector<std::string> found;
+    bool quoted = false, in_word = false;
+    for (const char c : line) {
+        if (c == '\'') quoted = !quoted;
+        const bool divides = c == ' ' && !quoted;
+        if (!divides && !in_word) found.emplace_back();
+        if (!divides && c != '\'') found.back() += c;
+        in_word = !divides;
+    }
+    return found;
+}
+
+Running::Running(const std::filesystem::path& folder, std::string_view line, const char* program, Start start,
+                 const Environment& environment)
     : out_(temporary_file()), err_(temporary_file()) {
     std::string called = std::filesystem::path(program).filename();
+    std::vector<std::string> arguments = words(line);
     std::vector<char*> argv{called.data()};
-    for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+    for (std::string& argument : arguments) argv.push_back(argument.data());
     argv.push_back(nullptr);
     process_ = fork();
     if (process_ < 0) throw std::runtime_error("cannot fork");
@@ -75,13 +89,8 @@ Ran Running::wait() {
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), read_bytes(out_), read_bytes(err_)};
 }
 
-Ran run(const std::filesystem::path& folder, const std::vector<std::string>& arguments,
-        const Environment& environment) {
-    return Running(folder, arguments, NBD_COMMAND, Running::Start::plain, environment).wait();
-}
-
-Ran run_bench(const std::filesystem::path& folder, const std::vector<std::string>& arguments) {
-    return Running(folder, arguments, NBD_BENCH_COMMAND).wait();
+Ran run(const std::filesystem::path& folder, std::string_view line, const Environment& environment) {
+    return Running(folder, line, NBD_COMMAND, Running::Start::plain, environment).wait();
 }
 
 std::set<std::string> listing(const std::filesystem::path& folder) {

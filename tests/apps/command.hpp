@@ -4,6 +4,7 @@
 #include <map>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace nbd::test {
@@ -18,15 +19,17 @@ struct Ran {
 /// comes to, see apps/cli/test_points.hpp.
 using Environment = std::map<std::string, std::string>;
 
+/// The words of a command line, divided at spaces; '...' is one word, with its spaces.
+std::vector<std::string> words(std::string_view line);
+
 /// A run of `nbdtree`, or of the given program, in the background in `folder`.
 class Running {
  public:
     /// interrupted: Ctrl-C has been pressed before the program begins, and comes when it handles it.
     enum class Start { plain, interrupted };
 
-    Running(const std::filesystem::path& folder, const std::vector<std::string>& arguments,
-            const char* program = NBD_COMMAND, Start start = Start::plain,
-            const Environment& environment = {});
+    Running(const std::filesystem::path& folder, std::string_view line, const char* program = NBD_COMMAND,
+            Start start = Start::plain, const Environment& environment = {});
     ~Running();
     Running(const Running&) = delete;
     Running& operator=(const Running&) = delete;
@@ -43,11 +46,8 @@ class Running {
     int process_ = -1;
 };
 
-Ran run(const std::filesystem::path& folder, const std::vector<std::string>& arguments,
-        const Environment& environment = {});
-
-/// Runs `nbdtree-bench` in the same way.
-Ran run_bench(const std::filesystem::path& folder, const std::vector<std::string>& arguments);
+/// Runs `nbdtree` with the arguments `line` to its end.
+Ran run(const std::filesystem::path& folder, std::string_view line, const Environment& environment = {});
 
 /// Names of the files of a folder, including hidden ones.
 std::set<std::string> listing(const std::filesystem::path& folder);

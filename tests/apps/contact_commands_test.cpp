@@ -1,10 +1,8 @@
 // Contact as users see it: what runs tell, what they refuse, and the benchmarks of contact.
 #include <fmt/format.h>
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
@@ -15,6 +13,7 @@ namespace nbd {
 namespace {
 
 using test::Ran;
+using testing::HasSubstr;
 
 class ContactCommands : public test::BoxFolder {
  protected:
@@ -25,13 +24,8 @@ class ContactCommands : public test::BoxFolder {
                         "obstacles": [{"plane": {}}], "time": {"dt": 0.005, "frames": 8, "steps_per_frame": 2})" +
                         more + "}");
     }
-    static Ran simulate(const std::string& scene, std::vector<std::string> more = {}) {
-        more.insert(more.begin(), {"simulate", scene, "-o", "run.h5", "--csv", "run.csv", "--json"});
-        return test::run(folder(), more);
-    }
-    static std::string table() {
-        std::ifstream file(folder() / "run.csv");
-        return {std::istreambuf_iterator<char>(file), {}};
+    static Ran simulate(const std::string& scene_and_options) {
+        return run("simulate -o run.h5 --csv run.csv --json " + scene_and_options);
     }
 };
 
@@ -40,25 +34,23 @@ TEST_F(ContactCommands, StepsThatWentWrongAreTold) {
     const Ran told = simulate("hard.json");
     ASSERT_EQ(told.status, 0) << told.err;
     EXPECT_GT(nlohmann::json::parse(told.out)["troubled_steps"], 0);
-    EXPECT_NE(told.err.find("of 16 steps were kept although something went wrong; the first: at "),
-              std::string::npos)
-        << told.err;
-    EXPECT_NE(table().find(",newton,"), std::string::npos);
-    const Ran strict = simulate("hard.json", {"--strict"});
+    EXPECT_THAT(told.err, HasSubstr("of 16 steps were kept although something went wrong; the first: at "));
+    EXPECT_THAT(bytes("run.csv"), HasSubstr(",newton,"));
+    const Ran strict = simulate("hard.json --strict");
     EXPECT_EQ(strict.status, 1);
-    EXPECT_NE(strict.err.find("Newton's iteration ends"), std::string::npos) << strict.err;
+    EXPECT_THAT(strict.err, HasSubstr("Newton's iteration ends"));
 
     write_drop("easy.json", "");
-    const Ran fine = simulate("easy.json", {"--strict"});
+    const Ran fine = simulate("easy.json --strict");
     EXPECT_EQ(fine.status, 0) << fine.err;
     EXPECT_EQ(nlohmann::json::parse(fine.out)["troubled_steps"], 0);
-    EXPECT_EQ(fine.err.find("went wrong"), std::string::npos) << fine.err;
+    EXPECT_THAT(fine.err, testing::Not(HasSubstr("went wrong")));
 }
 
 TEST_F(ContactCommands, TheTableHasTheColumnsThatHelpLists) {
     write_drop("drop.json", "");
-    ASSERT_EQ(simulate("drop.json", {"--audit", "1"}).status, 0);
-    const std::string header = table().substr(0, table().find('\n'));
+    ASSERT_EQ(simulate("drop.json --audit 1").status, 0);
+    const std::string table = bytes("run.csv"), header = table.substr(0, table.find('\n'));
     EXPECT_EQ(
         header,
         "frame,time,contacts,face_pairs,nodes_bounded,nodes_out_of_range,update_us,collision_us,detect_us,"
@@ -66,7 +58,7 @@ TEST_F(ContactCommands, TheTableHasTheColumnsThatHelpLists) {
         "kinetic_energy,elastic_energy,gravity_energy,deepest_penetration,inverted_elements,trouble,"
         "least_distance,intersecting_pairs,intersecting_pairs_missed,near_pairs,near_pairs_missed,"
         "audit_tests,audit_exact_tests,audit_us,audit_exact_us,pairs_measured");
-    const std::string help = test::run(folder(), {"simulate", "--help"}).out;
+    const std::string help = run("simulate --help").out;
     std::istringstream names(header);
     for (std::string name; std::getline(names, name, ',');)
         EXPECT_NE(help.find("\n  " + name), std::string::npos) << name;
@@ -84,50 +76,42 @@ TEST_F(ContactCommands, AStartThatIntersectsIsRefusedOrMended) {
     std::filesystem::remove(folder() / "run.h5");
     const Ran refused = simulate("overlap.json");
     EXPECT_EQ(refused.status, 1);
-    EXPECT_NE(refused.err.find("the start must have none"), std::string::npos) << refused.err;
+    EXPECT_THAT(refused.err, HasSubstr("the start must have none"));
     EXPECT_FALSE(test::listing(folder()).contains("run.h5"));
     write("mended.json", two(R"(, "resolve_start": true)"));
     const Ran mended = simulate("mended.json");
     EXPECT_EQ(mended.status, 0) << mended.err;
-    EXPECT_NE(mended.err.find("'b' intersects at the start and was moved by"), std::string::npos)
-        << mended.err;
+    EXPECT_THAT(mended.err, HasSubstr("'b' intersects at the start and was moved by"));
 }
 
 TEST_F(ContactCommands, BoundsPlayNoPartWithoutIntersections) {
     write_drop("free.json", R"(, "contact": {"intersection_free": true})");
     EXPECT_EQ(simulate("free.json").status, 0);
-    EXPECT_EQ(simulate("free.json", {"--bounds", "boxes"}).status, 1);
-    EXPECT_EQ(simulate("free.json", {"--compare-contacts"}).status, 1);
-    EXPECT_EQ(test::run(folder(), {"race", "free.json"}).status, 1);
+    EXPECT_EQ(simulate("free.json --bounds boxes").status, 1);
+    EXPECT_EQ(simulate("free.json --compare-contacts").status, 1);
+    EXPECT_EQ(run("race free.json").status, 1);
     write_drop("bdf2.json", R"(, "contact": {"intersection_free": true}, "solver": {"integrator": "bdf2"})");
-    EXPECT_NE(test::run(folder(), {"validate", "bdf2.json"}).out.find("solver.integrator"),
-              std::string::npos);
+    EXPECT_THAT(run("validate bdf2.json").out, HasSubstr("solver.integrator"));
 }
 
 TEST_F(ContactCommands, DatasetsCountPosesThatIntersect) {
-    const Ran ran = test::run(folder(), {"dataset", "box.h5", "-o", "apart.h5", "--trajectories", "2",
-                                         "--frames", "4", "--intersection-free", "--json"});
-    ASSERT_EQ(ran.status, 0) << ran.err;
-    const auto variety = nlohmann::json::parse(ran.out)["variety"];
+    const auto variety =
+        result("dataset box.h5 -o apart.h5 --trajectories 2 --frames 4 --intersection-free")["variety"];
     EXPECT_EQ(variety["frames_self_intersecting"], 0);
     EXPECT_EQ(variety["frames"], 8);
     EXPECT_EQ(variety["frames_troubled"], 0);
 }
 
 TEST_F(ContactCommands, BenchmarksRun) {
-    const Ran impacts = test::run_bench(folder(), {"impacts", "--random", "2000", "--json"});
-    ASSERT_EQ(impacts.status, 0) << impacts.err;
-    EXPECT_EQ(nlohmann::json::parse(impacts.out)["random_missed"], 0);
+    EXPECT_EQ(bench_result("impacts --random 2000")["random_missed"], 0);
     write_drop("drop.json", "");
-    const Ran contact = test::run_bench(
-        folder(), {"contact", "drop.json", "--seeds", "2", "-o", "contact.csv", "--pictures", "pictures"});
+    const Ran contact = bench("contact drop.json --seeds 2 -o contact.csv --pictures pictures");
     ASSERT_EQ(contact.status, 0) << contact.err;
-    std::ifstream file(folder() / "contact.csv");
-    const std::string rows{std::istreambuf_iterator<char>(file), {}};
+    const std::string rows = bytes("contact.csv");
     EXPECT_EQ(std::ranges::count(rows, '\n'), 2 + 3 * 2);
-    EXPECT_NE(rows.find("drop,free,1,1,108,16,16,0,0,"), std::string::npos) << rows;
+    EXPECT_THAT(rows, HasSubstr("drop,free,1,1,108,16,16,0,0,"));
     EXPECT_EQ(test::listing(folder() / "pictures").size(), 3u);
-    const Ran absent = test::run_bench(folder(), {"contact", "absent.json"});
+    const Ran absent = bench("contact absent.json");
     EXPECT_EQ(absent.status, 1);
     EXPECT_EQ(absent.err, "nbdtree-bench: error: absent.json: no such file\n");
 }

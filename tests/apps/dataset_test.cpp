@@ -18,29 +18,15 @@ namespace fs = std::filesystem;
 
 class DatasetTest : public BoxFolder {
  protected:
-    static constexpr int trajectories = 9, per_shard = 4;
-
     static void SetUpTestSuite() {
         BoxFolder::SetUpTestSuite();
         make(command("whole"));
     }
 
     /// Returns the command line that makes the dataset NAME/data.h5.
-    static std::vector<std::string> command(const std::string& name, std::vector<std::string> more = {}) {
+    static std::string command(const std::string& name, const std::string& more = "") {
         fs::create_directory(folder() / name);
-        std::vector<std::string> arguments{"dataset",
-                                           "box.h5",
-                                           "-o",
-                                           name + "/data.h5",
-                                           "--trajectories",
-                                           std::to_string(trajectories),
-                                           "--per-shard",
-                                           std::to_string(per_shard),
-                                           "--frames",
-                                           "12",
-                                           "-q"};
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        return arguments;
+        return "dataset box.h5 -o " + name + "/data.h5 --trajectories 9 --per-shard 4 --frames 12 -q " + more;
     }
 
     /// Content of a dataset's files by name, except the claims.
@@ -66,19 +52,16 @@ class DatasetTest : public BoxFolder {
 
     /// Number of finished trajectories of a dataset.
     static int there(const std::string& name) {
-        const Ran ran = run(folder(), command(name, {"--shard", "0/1000000", "--json"}));
-        return nlohmann::json::parse(ran.out, nullptr, false).value("there", -1);
+        return result(command(name, "--shard 0/1000000")).value("there", -1);
     }
 };
 
 TEST_F(DatasetTest, ReportsItsContent) {
-    const Ran ran = run(folder(), command("whole", {"--json", "--csv", "modes.csv"}));
-    ASSERT_EQ(ran.status, 0) << ran.err;
-    const auto result = nlohmann::json::parse(ran.out);
-    EXPECT_EQ(result["trajectories"], 9);
-    EXPECT_EQ(result["shards"], 3);
-    EXPECT_EQ(result["frames"].get<int>() + 12 * result["failed"].get<int>(), 9 * 12);
-    const auto& variety = result["variety"];
+    const auto said = result(command("whole", "--csv modes.csv"));
+    EXPECT_EQ(said["trajectories"], 9);
+    EXPECT_EQ(said["shards"], 3);
+    EXPECT_EQ(said["frames"].get<int>() + 12 * said["failed"].get<int>(), 9 * 12);
+    const auto& variety = said["variety"];
     EXPECT_GT(variety["frames_in_contact"], 0);
     EXPECT_LT(variety["frames_in_contact"], variety["frames"]);
     EXPECT_TRUE(std::ranges::is_sorted(variety["stretch"]));
@@ -87,7 +70,7 @@ TEST_F(DatasetTest, ReportsItsContent) {
     EXPECT_EQ(variety["mode_std"].size(), 8u);
     EXPECT_GT(variety["mode_share"][7], 0.5);
     EXPECT_LE(variety["mode_share"][7], 1.0);
-    EXPECT_EQ(std::ranges::count(read_bytes(folder() / "modes.csv"), '\n'), 9);
+    EXPECT_EQ(std::ranges::count(bytes("modes.csv"), '\n'), 9);
 }
 
 TEST_F(DatasetTest, ASecondRunChangesNothing) {
@@ -97,10 +80,10 @@ TEST_F(DatasetTest, ASecondRunChangesNothing) {
 }
 
 TEST_F(DatasetTest, ContinuesAfterBeingKilledAgainAndAgain) {
-    const auto arguments = command("killed", {"--threads", "2"});
+    const auto arguments = command("killed", "--threads 2");
     for (const char* state : {"frames of trajectories|1", "frames of trajectories|3", "trajectories|1",
                               "frames of trajectories|20", "trajectories|2", "frames of trajectories|10"}) {
-        const Ran ran = run(folder(), arguments, {{"NBDTREE_AT", std::string(state) + "|kill"}});
+        const Ran ran = run(arguments, {{"NBDTREE_AT", std::string(state) + "|kill"}});
         ASSERT_EQ(ran.status, -SIGKILL) << state << ran.err;
     }
     EXPECT_GE(there("killed"), 3);
@@ -109,8 +92,7 @@ TEST_F(DatasetTest, ContinuesAfterBeingKilledAgainAndAgain) {
 }
 
 TEST_F(DatasetTest, CtrlCKeepsFinishedTrajectoriesAndReportsThem) {
-    const Ran ran =
-        run(folder(), command("stopped", {"--threads", "1"}), {{"NBDTREE_AT", "trajectories|2|interrupt"}});
+    const Ran ran = run(command("stopped", "--threads 1"), {{"NBDTREE_AT", "trajectories|2|interrupt"}});
     ASSERT_EQ(ran.status, 130) << ran.err;
     EXPECT_EQ(ran.err.rfind("nbdtree: error: interrupted: ", 0), 0u) << ran.err;
     EXPECT_NE(
@@ -131,16 +113,12 @@ TEST_F(DatasetTest, RecreatesDamagedAndMissingShards) {
     write_bytes(shards / "000000-000003.h5", bytes);
     fs::remove(shards / "000004-000007.h5");
 
-    const Ran broken = run(folder(), {"inspect", "damaged/data.h5"});
-    EXPECT_EQ(broken.status, 1);
-    EXPECT_EQ(std::ranges::count(broken.err, '\n'), 1) << broken.err;
-    const Ran trained = run(folder(), {"train", "box.h5", "damaged/data.h5", "-o", "x.h5"});
-    EXPECT_EQ(trained.status, 1);
-    EXPECT_EQ(trained.err,
+    EXPECT_EQ(std::ranges::count(error("inspect damaged/data.h5"), '\n'), 1);
+    EXPECT_EQ(error("train box.h5 damaged/data.h5 -o x.h5"),
               "nbdtree: error: damaged/data.h5: cannot read a shard: "
               "damaged/data.shards/000004-000007.h5: no such file\n");
 
-    const Ran again = run(folder(), command("damaged"));
+    const Ran again = run(command("damaged"));
     EXPECT_EQ(again.status, 0);
     EXPECT_NE(again.err.find("remaking a damaged file: damaged/data.shards/000000-000003.h5"),
               std::string::npos)
@@ -149,20 +127,18 @@ TEST_F(DatasetTest, RecreatesDamagedAndMissingShards) {
 }
 
 TEST_F(DatasetTest, RejectsOtherOptionsForAnExistingDataset) {
-    const auto refused = [](std::vector<std::string> more, const std::string& difference) {
+    const auto refused = [](const std::string& more, const std::string& difference) {
         const auto before = files("whole");
-        const Ran ran = run(folder(), command("whole", std::move(more)));
-        EXPECT_EQ(ran.status, 1);
-        EXPECT_EQ(ran.err, "nbdtree: error: whole/data.h5: was started with " + difference +
-                               "; allowed: the same options, or another name\n");
+        EXPECT_EQ(error(command("whole", more)), "nbdtree: error: whole/data.h5: was started with " +
+                                                     difference +
+                                                     "; allowed: the same options, or another name\n");
         EXPECT_TRUE(files("whole") == before);
     };
-    refused({"--seed", "7"}, "seed 1, not 7");
-    refused({"--strength", "0.5"}, "recipe.strength 1.0, not 0.5");
-    refused({"--steps-per-frame", "3"}, "steps_per_frame 2, not 3");
+    refused("--seed 7", "seed 1, not 7");
+    refused("--strength 0.5", "recipe.strength 1.0, not 0.5");
+    refused("--steps-per-frame 3", "steps_per_frame 2, not 3");
     write("other.h5", "hello\n");
-    const Ran ran = run(folder(), {"dataset", "box.h5", "-o", "other.h5"});
-    EXPECT_EQ(ran.err,
+    EXPECT_EQ(error("dataset box.h5 -o other.h5"),
               "nbdtree: error: other.h5: already exists and is not a dataset that can be continued; allowed: "
               "another name\n");
 }
@@ -172,19 +148,19 @@ TEST_F(DatasetTest, CanBeMovedWithItsShards) {
     fs::create_directory(folder() / "elsewhere");
     fs::rename(folder() / "moving/data.h5", folder() / "elsewhere/renamed.h5");
     fs::rename(folder() / "moving/data.shards", folder() / "elsewhere/data.shards");
-    EXPECT_EQ(run(folder(), {"inspect", "elsewhere/renamed.h5"}).status, 0);
+    make("inspect elsewhere/renamed.h5");
 }
 
 TEST_F(DatasetTest, ShardsOfAJobArrayMergeIntoTheSameDataset) {
-    for (const char* shard : {"1/3", "0/3", "2/3"}) make(command("array", {"--shard", shard}));
+    for (const std::string shard : {"1/3", "0/3", "2/3"}) make(command("array", "--shard " + shard));
     EXPECT_FALSE(fs::exists(folder() / "array/data.h5"));
     make(command("array"));
     expect_like_whole("array");
 }
 
 TEST_F(DatasetTest, ProcessesShareTheWorkOfOneFolder) {
-    Running first(folder(), command("shared", {"--threads", "1"}));
-    Running second(folder(), command("shared", {"--threads", "1"}));
+    Running first(folder(), command("shared", "--threads 1"));
+    Running second(folder(), command("shared", "--threads 1"));
     const Ran a = first.wait(), b = second.wait();
     EXPECT_EQ(a.status, 0) << a.err;
     EXPECT_EQ(b.status, 0) << b.err;
@@ -196,9 +172,8 @@ TEST_F(DatasetTest, TheSlurmScriptRunsAJobArrayAndMerges) {
         std::string line = "cd '" + folder().string() +
                            "' && PATH=/usr/bin:/bin SLURM_CPUS_PER_TASK=1 NBDTREE='" NBD_COMMAND "' " +
                            environment + " bash '" NBD_ASSETS "/slurm/dataset.sh'";
-        const auto arguments = command("slurm");
-        for (std::size_t i = 1; i < arguments.size(); ++i) line += " '" + arguments[i] + "'";
-        return std::system(line.c_str());
+        const std::string options = command("slurm");
+        return std::system((line + options.substr(options.find(' '))).c_str());
     };
     for (const char* task : {"5", "6"})
         EXPECT_EQ(
@@ -212,31 +187,26 @@ TEST_F(DatasetTest, TheSlurmScriptRunsAJobArrayAndMerges) {
 TEST_F(DatasetTest, FollowsRecipeFiles) {
     write("thrown.json",
           R"({"kinds": {"drop": {"weight": 0}, "thrown": {"weight": 1}}, "contact_share": 1})");
-    const Ran ran = run(folder(), command("thrown", {"--recipe", "thrown.json", "--json"}));
-    ASSERT_EQ(ran.status, 0) << ran.err;
-    const auto kinds = nlohmann::json::parse(ran.out)["variety"]["kinds"];
+    const auto kinds = result(command("thrown", "--recipe thrown.json"))["variety"]["kinds"];
     EXPECT_EQ(kinds.size(), 1u);
     EXPECT_EQ(kinds["thrown"]["trajectories"], 9);
 
     write("wrong.json", R"({"kinds": {"dorp": {}}})");
-    EXPECT_EQ(run(folder(), command("wrong", {"--recipe", "wrong.json"})).err,
+    EXPECT_EQ(error(command("wrong", "--recipe wrong.json")),
               "nbdtree: error: wrong.json: recipe.kinds: unknown key \"dorp\"; the nearest known one is "
               "\"drop\"\n");
-    EXPECT_EQ(run(folder(), command("wrong", {"--recipe", "none.json"})).err,
-              "nbdtree: error: none.json: no such file\n");
+    EXPECT_EQ(error(command("wrong", "--recipe none.json")), "nbdtree: error: none.json: no such file\n");
     EXPECT_TRUE(files("wrong").empty());
 }
 
 TEST_F(DatasetTest, RetriesFailuresWithSmallerStepsAndRecordsThem) {
-    const Ran ran = run(folder(), command("wild", {"--strength", "300", "--attempts", "2", "--json"}));
+    const Ran ran = run(command("wild", "--strength 300 --attempts 2 --json"));
     ASSERT_EQ(ran.status, 1) << ran.err;
     EXPECT_NE(ran.err.find(" is left out: at "), std::string::npos) << ran.err;
     EXPECT_NE(ran.err.find("data.h5: every trajectory failed"), std::string::npos) << ran.err;
     EXPECT_GT(nlohmann::json::parse(ran.out)["failed"], 0);
-    const Ran inspected = run(folder(), {"inspect", "wild/data.h5"});
-    EXPECT_EQ(inspected.status, 0) << inspected.err;
-    EXPECT_NE(inspected.out.find(" failed: at "), std::string::npos);
-    const Ran again = run(folder(), command("wild", {"--strength", "300", "--attempts", "2"}));
+    EXPECT_NE(text("inspect wild/data.h5").find(" failed: at "), std::string::npos);
+    const Ran again = run(command("wild", "--strength 300 --attempts 2"));
     EXPECT_EQ(again.err.find(" is left out: at "), std::string::npos) << again.err;
 }
 
@@ -253,7 +223,7 @@ class MpiTest : public DatasetTest {
         const Ran ran =
             run_mpi(folder(), ranks, command(name), kills ? "frames of trajectories|5|kill" : "", options);
         if (kills) {
-            EXPECT_EQ(read_bytes(folder() / "last_rank.status"), "137\n") << ran.err;
+            EXPECT_EQ(bytes("last_rank.status"), "137\n") << ran.err;
         }
         return ran;
     }

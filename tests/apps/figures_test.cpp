@@ -19,7 +19,14 @@
 namespace nbd::test {
 namespace {
 
-using FiguresTest = SmallFiles;
+/// With the figures of one tree as those of two bodies.
+class FiguresTest : public SmallFiles {
+ protected:
+    static void SetUpTestSuite() {
+        SmallFiles::SetUpTestSuite();
+        make("figures -o figures --body ONE tree.h5 data.h5 --body TWO tree.h5 data.h5 -q");
+    }
+};
 
 /// Cells of a table row.
 std::vector<std::string> cells(const std::string& line) {
@@ -40,14 +47,12 @@ std::vector<std::string> lines(const std::string& text) {
 }
 
 TEST_F(FiguresTest, WritesEveryFigureAsTableAndPictures) {
-    make({"figures", "-o", "figures", "--body", "ONE", "tree.h5", "data.h5", "--body", "TWO", "tree.h5",
-          "data.h5", "-q"});
     std::set<std::string> expected{"bounds.csv"};
     for (const std::string stem :
          {"figure6", "figure7", "figure8_ONE", "figure8_TWO", "figure10_ONE", "figure10_TWO"}) {
         expected.insert(stem + ".png");
         if (stem.starts_with("figure10")) expected.insert(stem + ".csv");
-        EXPECT_EQ(read_bytes(folder() / "figures" / (stem + ".png")).substr(1, 3), "PNG");
+        EXPECT_EQ(bytes("figures/" + stem + ".png").substr(1, 3), "PNG");
     }
     EXPECT_EQ(listing(folder() / "figures"), expected);
 
@@ -55,10 +60,8 @@ TEST_F(FiguresTest, WritesEveryFigureAsTableAndPictures) {
     std::string margins = "0";
     for (int percent = 1; percent <= 25; ++percent)
         margins += ",0." + std::string(percent < 10 ? "0" : "") + std::to_string(percent);
-    make({"evaluate", "tree.h5", "data.h5", "--bounds", "nbd,bd", "--margins", margins, "--csv", "table.csv",
-          "-q"});
-    const auto ours = lines(read_bytes(folder() / "figures/bounds.csv")),
-               evaluated = lines(read_bytes(folder() / "table.csv"));
+    make("evaluate tree.h5 data.h5 --bounds nbd,bd --margins " + margins + " --csv table.csv -q");
+    const auto ours = lines(bytes("figures/bounds.csv")), evaluated = lines(bytes("table.csv"));
     ASSERT_EQ(ours.size(), 2 * evaluated.size() - 1);
     EXPECT_EQ(ours[0], "body," + evaluated[0]);
     for (std::size_t i = 1; i < evaluated.size(); ++i) EXPECT_EQ(ours[i], "ONE," + evaluated[i]);
@@ -91,7 +94,7 @@ struct DirectCount {
                     outside += (x.row(v).transpose() - s.c).norm() > s.r;
                 }
                 inflation += s.r / exact - 1;
-                vertices += static_cast<long>(listed.size());
+                vertices += listed.size();
                 ++spheres;
             }
         }
@@ -101,14 +104,13 @@ struct DirectCount {
 };
 
 TEST_F(FiguresTest, TellsWhatADirectCountTells) {
-    make({"figures", "-o", "counted", "--body", "ONE", "tree.h5", "data.h5", "-q"});
     constexpr std::array counted{BoundKind::bd, BoundKind::nbd};
     int compared = 0;
     double most_outside = 0;
-    for (const std::string& line : lines(read_bytes(folder() / "counted/bounds.csv"))) {
+    for (const std::string& line : lines(bytes("figures/bounds.csv"))) {
         const auto row = cells(line);  // body, frames, bound, margin, depth, radius_error, inflation, ...
         const auto kind = std::ranges::find(counted, row[2], [](BoundKind k) { return name(k); });
-        if (kind == counted.end() || (row[3] != "0" && row[3] != "0.02")) continue;
+        if (row[0] != "ONE" || kind == counted.end() || (row[3] != "0" && row[3] != "0.02")) continue;
         SCOPED_TRACE(line);
         const DirectCount count(folder(), *kind, std::stof(row[3]), std::stoi(row[4]));
         EXPECT_NEAR(std::stod(row[6]), count.inflation, 1e-4);
@@ -121,8 +123,7 @@ TEST_F(FiguresTest, TellsWhatADirectCountTells) {
 }
 
 TEST_F(FiguresTest, DrawsSpheresAndCountsProtrudingVertices) {
-    make({"figures", "-o", "pictures", "--body", "BOX", "tree.h5", "data.h5", "-q"});
-    const auto table = lines(read_bytes(folder() / "pictures/figure10_BOX.csv"));
+    const auto table = lines(bytes("figures/figure10_ONE.csv"));
     ASSERT_GT(table.size(), 1u);
     EXPECT_EQ(table[0], "bound,depth,node,x,y,z,r,vertices_outside");
     std::set<std::string> bounds;
@@ -139,13 +140,14 @@ TEST_F(FiguresTest, DrawsSpheresAndCountsProtrudingVertices) {
 }
 
 TEST_F(FiguresTest, ReportsOnATreeInASelfContainedFile) {
-    make({"evaluate", "tree.h5", "data.h5", "--html", "report.html", "-q"});
-    const std::string page = read_bytes(folder() / "report.html");
+    make("evaluate tree.h5 data.h5 --html report.html -q");
+    const std::string page = bytes("report.html");
     EXPECT_TRUE(page.starts_with("<!DOCTYPE html>"));
     EXPECT_TRUE(page.ends_with("</html>\n"));
-    EXPECT_NE(page.find("nbd bounds"), std::string::npos);
+    for (const char* shown : {"<h1>tree: bounds of a collision tree</h1>", "nbd bounds",
+                              "nbdtree evaluate tree.h5 data.h5 --html report.html"})
+        EXPECT_NE(page.find(shown), std::string::npos) << shown;
     EXPECT_EQ(page.find("As calibrated"), std::string::npos);  // the tree is not calibrated
-    EXPECT_NE(page.find("nbdtree evaluate tree.h5 data.h5 --html report.html"), std::string::npos);
     std::size_t pictures = 0;
     for (std::size_t at = page.find(" src=\""); at != std::string::npos; at = page.find(" src=\"", at + 1)) {
         EXPECT_EQ(page.substr(at + 6, 11), "data:image/");
@@ -157,40 +159,31 @@ TEST_F(FiguresTest, ReportsOnATreeInASelfContainedFile) {
 }
 
 TEST_F(FiguresTest, RemapsARecordingToAFinerSurfaceOfTheSameTetrahedra) {
-    make({"mesh", "box.obj", "-o", "fine.h5", "--subdivide", "1", "-q"});
-    make({"modes", "fine.h5", "-m", "8", "-q"});
-    make({"remap", "data.h5", "--from", "box.h5", "--to", "fine.h5", "-o", "fine_data.h5", "-q"});
-    make({"train", "fine.h5", "fine_data.h5", "-o", "fine_tree.h5", "--depth", "2", "-m", "8", "-k", "16",
-          "--epochs", "5", "--held-out", "0", "--calibration", "0", "-q"});
+    make("mesh box.obj -o fine.h5 --subdivide 1 -q");
+    make("modes fine.h5 -m 8 -q");
+    make("remap data.h5 --from box.h5 --to fine.h5 -o fine_data.h5 -q");
+    make(
+        "train fine.h5 fine_data.h5 -o fine_tree.h5 --depth 2 -m 8 -k 16 --epochs 5 --held-out 0 "
+        "--calibration 0 -q");
     // The finer surface moves with the same tetrahedra, so the same pose has more touching face pairs.
-    const Ran coarse = run(folder(), {"collide", "tree.h5@data.h5:1:30", "tree.h5@data.h5:1:30", "--json"});
-    const Ran fine =
-        run(folder(), {"collide", "fine_tree.h5@fine_data.h5:1:30", "tree.h5@data.h5:1:30", "--json"});
-    EXPECT_EQ(coarse.status, 0) << coarse.err;
-    EXPECT_EQ(fine.status, 0) << fine.err;
-    EXPECT_GT(nlohmann::json::parse(fine.out)["face_pairs"], nlohmann::json::parse(coarse.out)["face_pairs"]);
+    EXPECT_GT(result("collide fine_tree.h5@fine_data.h5:1:30 tree.h5@data.h5:1:30")["face_pairs"],
+              result("collide tree.h5@data.h5:1:30 tree.h5@data.h5:1:30")["face_pairs"]);
 
     write("other.obj", obj_file(box(0.3, 0.1, 0.1, 3)));
-    make({"mesh", "other.obj", "-o", "other_tets.h5", "-q"});
-    const Ran refused =
-        run(folder(), {"remap", "data.h5", "--from", "box.h5", "--to", "other_tets.h5", "-o", "no.h5"});
-    EXPECT_EQ(refused.status, 1);
-    EXPECT_EQ(refused.err, "nbdtree: error: other_tets.h5: its tetrahedra are not those of box.h5\n");
+    make("mesh other.obj -o other_tets.h5 -q");
+    expect_refused({{"remap data.h5 --from box.h5 --to other_tets.h5 -o no.h5", 1,
+                     "other_tets.h5: its tetrahedra are not those of box.h5"}});
 }
 
 TEST_F(FiguresTest, RejectsInvalidNamesAndUnreadableFiles) {
-    const auto refused = [](const std::vector<std::string>& body, int status, const std::string& error) {
-        const Ran ran = run(folder(), {"figures", "-o", "none", "--body", body[0], body[1], body[2], "-q"});
-        EXPECT_EQ(ran.status, status);
-        EXPECT_NE(ran.err.find(error), std::string::npos) << ran.err;
-        EXPECT_EQ(std::ranges::count(ran.err, '\n'), 1) << ran.err;
+    const auto refused = [](const std::string& bodies, int status, const std::string& says) {
+        const std::string said = error("figures -o none -q " + bodies, status);
+        EXPECT_NE(said.find(says), std::string::npos) << said;
+        EXPECT_EQ(std::ranges::count(said, '\n'), 1) << said;
     };
-    refused({"a/b", "tree.h5", "data.h5"}, 2, "the name is 'a/b'; allowed: letters, digits, - and _");
-    refused({"BOX", "none.h5", "data.h5"}, 1, "none.h5");
-    const Ran twice = run(folder(), {"figures", "-o", "none", "--body", "A", "tree.h5", "data.h5", "--body",
-                                     "A", "tree.h5", "data.h5"});
-    EXPECT_EQ(twice.status, 2);
-    EXPECT_NE(twice.err.find("the name 'A' is used twice"), std::string::npos) << twice.err;
+    refused("--body a/b tree.h5 data.h5", 2, "the name is 'a/b'; allowed: letters, digits, - and _");
+    refused("--body BOX none.h5 data.h5", 1, "none.h5");
+    refused("--body A tree.h5 data.h5 --body A tree.h5 data.h5", 2, "the name 'A' is used twice");
     EXPECT_FALSE(std::filesystem::exists(folder() / "none"));
 }
 

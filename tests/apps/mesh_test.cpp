@@ -26,7 +26,7 @@ std::string two_tetrahedra(double height) {
 
 TEST_F(Mesh, WarnsOfTetrahedraThatMakeStepsStiff) {
     write("flat.mesh", two_tetrahedra(0.02));
-    const test::Ran flat = test::run(folder(), {"mesh", "flat.mesh", "-o", "flat.h5", "--json"});
+    const test::Ran flat = run("mesh flat.mesh -o flat.h5 --json");
     EXPECT_EQ(flat.status, 0) << flat.err;
     EXPECT_THAT(flat.err,
                 testing::StartsWith("nbdtree: warning: 1 of 2 tetrahedra have a radius ratio below 0.1, "
@@ -34,18 +34,16 @@ TEST_F(Mesh, WarnsOfTetrahedraThatMakeStepsStiff) {
     EXPECT_EQ(nlohmann::json::parse(flat.out)["slivers"], 1);
 
     write("good.mesh", two_tetrahedra(1));
-    const test::Ran good = test::run(folder(), {"mesh", "good.mesh", "-o", "good.h5", "--json"});
+    const test::Ran good = run("mesh good.mesh -o good.h5 --json");
     EXPECT_EQ(good.status, 0) << good.err;
     EXPECT_THAT(good.err, testing::Not(testing::HasSubstr("radius ratio")));
     EXPECT_EQ(nlohmann::json::parse(good.out)["slivers"], 0);
 }
 
 TEST_F(Mesh, KeepsGroupsOfTetrahedraAsRegions) {
-    const test::Ran ran =
-        test::run(folder(), {"mesh", NBD_ASSETS "/block.mesh", "-o", "block.h5", "--law",
-                             "stable_neo_hookean", "--region", "group 2:young=5e6,density=700"});
-    ASSERT_EQ(ran.status, 0) << ran.err;
-    EXPECT_THAT(ran.out, testing::HasSubstr("region \"group 1\": 300 tetrahedra"));
+    EXPECT_THAT(text("mesh " NBD_ASSETS "/block.mesh -o block.h5 --law stable_neo_hookean "
+                     "--region 'group 2:young=5e6,density=700'"),
+                testing::HasSubstr("region \"group 1\": 300 tetrahedra"));
     const Body body = load_body(folder() / "block.h5");
     EXPECT_EQ(body.material.law, MaterialLaw::stable_neo_hookean);
     ASSERT_EQ(body.regions.size(), 2U);
@@ -58,32 +56,26 @@ TEST_F(Mesh, KeepsGroupsOfTetrahedraAsRegions) {
     // Another surface in the same tetrahedra, and their boundary as surface, keep the regions.
     write("small.obj",
           "v -0.1 -0.1 -0.1\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n");
-    for (const std::vector<std::string>& arguments :
-         {std::vector<std::string>{"mesh", "small.obj", "-o", "x.h5", "--inside", "block.h5"},
-          std::vector<std::string>{"mesh", "block.h5", "-o", "x.h5"}}) {
-        EXPECT_EQ(test::run(folder(), arguments).status, 0);
+    for (const char* line : {"mesh small.obj -o x.h5 --inside block.h5", "mesh block.h5 -o x.h5"}) {
+        make(line);
         EXPECT_TRUE(load_body(folder() / "x.h5").regions == body.regions);
     }
 }
 
 TEST_F(Mesh, TellsTheFiguresOfACage) {
     write("open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 2 3 4\n");
-    const test::Ran ran =
-        test::run(folder(), {"mesh", "open.obj", "-o", "open.h5", "--cage", "300", "--json"});
-    ASSERT_EQ(ran.status, 0) << ran.err;
-    const auto result = nlohmann::json::parse(ran.out);
-    const auto& cage = result["cage"];
+    const auto said = result("mesh open.obj -o open.h5 --cage 300");
+    const auto& cage = said["cage"];
     EXPECT_GT(cage["faces"], 100);
     EXPECT_EQ(cage["faces"].get<int>(), 2 * cage["vertices"].get<int>() - 4);  // a closed shape without holes
-    EXPECT_NEAR(cage["volume"].get<double>(), result["volume"].get<double>(), 1e-12);
+    EXPECT_NEAR(cage["volume"].get<double>(), said["volume"].get<double>(), 1e-12);
     EXPECT_GE(cage["distance"], cage["offset"]);
     EXPECT_LT(cage["distance"], 0.5);
     EXPECT_EQ(cage["defects"]["duplicate_faces"], 1);
     EXPECT_EQ(cage["defects"]["open_edges"], 2);
     EXPECT_EQ(cage["defects"]["crowded_edges"], 2);
     EXPECT_EQ(cage["defects"]["shells"], 1);
-    const test::Ran closed = test::run(folder(), {"mesh", "box.obj", "-o", "closed.h5", "--json"});
-    EXPECT_FALSE(nlohmann::json::parse(closed.out).contains("cage"));
+    EXPECT_FALSE(result("mesh box.obj -o closed.h5").contains("cage"));
 }
 
 TEST_F(Mesh, RefusesSurfacesThatNeedMoreMemoryThanThereIs) {
@@ -96,18 +88,17 @@ TEST_F(Mesh, RefusesSurfacesThatNeedMoreMemoryThanThereIs) {
     write("huge.off", fmt::format("OFF\n{} {} 0\n", vertices, faces));
     for (const char* name : {"huge.ply", "huge.off"})  // sparse: the disk holds no more than the header
         std::filesystem::resize_file(folder() / name, 20 * faces);
-    for (const char* name : {"huge.ply", "huge.off"}) {
-        const test::Ran ran = test::run(folder(), {"mesh", name, "-o", "huge.h5", "--cage", "500"});
-        EXPECT_EQ(ran.status, 1);
+    for (const std::string name : {"huge.ply", "huge.off"}) {
+        const std::string said = error("mesh " + name + " -o huge.h5 --cage 500");
         EXPECT_THAT(
-            ran.err,
+            said,
             testing::StartsWith(fmt::format(
                 "nbdtree: error: {}: about 4000000000 faces need about 1862.6 GiB of memory, but ", name)));
-        EXPECT_EQ(std::ranges::count(ran.err, '\n'), 1);
+        EXPECT_EQ(std::ranges::count(said, '\n'), 1);
         EXPECT_FALSE(std::filesystem::exists(folder() / "huge.h5"));
     }
     write("short.ply", ply);  // too short for what its header says
-    EXPECT_THAT(test::run(folder(), {"mesh", "short.ply", "-o", "x.h5", "--cage", "500"}).err,
+    EXPECT_THAT(error("mesh short.ply -o x.h5 --cage 500"),
                 testing::HasSubstr("the file ends early, in vertex 0 of 2000000000"));
 }
 

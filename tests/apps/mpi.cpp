@@ -11,18 +11,16 @@ namespace nbd::test {
 
 bool has_mpirun() { return std::system("mpirun --version >/dev/null 2>&1") == 0; }
 
-Ran run_mpi(const std::filesystem::path& folder, int ranks, std::vector<std::string> arguments,
-            const std::string& at, const std::string& options) {
-    std::string command = "'" NBD_COMMAND "'";
-    arguments.insert(arguments.end(), {"--threads", "1"});
-    for (const std::string& argument : arguments) command += " '" + argument + "'";
-    std::string line =
+Ran run_mpi(const std::filesystem::path& folder, int ranks, const std::string& line, const std::string& at,
+            const std::string& options) {
+    const std::string command = "'" NBD_COMMAND "' " + line + " --threads 1";
+    std::string job =
         "cd '" + folder.string() +
         "' && OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 ASAN_OPTIONS=detect_leaks=0 "
         "mpirun --oversubscribe " +
         options + fmt::format(" -n {} ", ranks);
     if (at.empty()) {
-        line += command;
+        job += command;
     } else {
         // The others leave work for the last one, however fast they are. Open MPI 5.0.7 crashes if ranks have
         // commands of their own.
@@ -34,10 +32,10 @@ Ran run_mpi(const std::filesystem::path& folder, int ranks, std::vector<std::str
             "status=$?\necho $status >last_rank.status\nexit $status\n",
             ranks - 1, at.substr(0, at.rfind('|')), command, at, command);
         std::filesystem::remove(folder / "last_rank.status");
-        line += "sh rank.sh";
+        job += "sh rank.sh";
     }
-    line += " >mpi.out 2>mpi.err";
-    const int status = std::system(line.c_str());
+    job += " >mpi.out 2>mpi.err";
+    const int status = std::system(job.c_str());
     return {status, read_bytes(folder / "mpi.out"), read_bytes(folder / "mpi.err")};
 }
 

@@ -1,78 +1,50 @@
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "meshing/formats/read_surface.hpp"
-#include "tests/apps/command.hpp"
+#include "tests/apps/small_files.hpp"
 #include "tests/meshing/shapes.hpp"
 #include "tests/meshing/surface_files.hpp"
-#include "tests/support/edit_file.hpp"
-#include "tests/support/file_damage.hpp"
-#include "tests/support/temporary_folder.hpp"
 
 namespace nbd::test {
 namespace {
 
-class PipelineTest : public ::testing::Test {
+class PipelineTest : public BoxFolder {
  protected:
-    /// JSON result of a command, which must succeed.
-    nlohmann::json json_of(std::vector<std::string> arguments) {
-        arguments.push_back("--json");
-        const Ran ran = run(folder / "", arguments);
-        EXPECT_EQ(ran.status, 0) << arguments[0] << ": " << ran.err;
-        return nlohmann::json::parse(ran.out, nullptr, false);
-    }
-
     /// Output of `collide --pairs`.
-    std::string pairs(const std::string& a, const std::string& b, std::vector<std::string> options = {}) {
-        std::vector<std::string> arguments{"collide", a, b, "--pairs", "pairs.csv"};
-        arguments.insert(arguments.end(), options.begin(), options.end());
-        const nlohmann::json result = json_of(arguments);
-        const std::string csv = read_bytes(folder / "pairs.csv");
-        EXPECT_EQ(std::ranges::count(csv, '\n'), 1 + result.value("face_pairs", -2)) << a << ' ' << b;
+    static std::string pairs(const std::string& poses, const std::string& options = "") {
+        const nlohmann::json found = result("collide --pairs pairs.csv " + poses + ' ' + options);
+        const std::string csv = bytes("pairs.csv");
+        EXPECT_EQ(std::ranges::count(csv, '\n'), 1 + found.value("face_pairs", -2)) << poses;
         return csv;
     }
-
-    std::string bytes(const std::string& name) { return read_bytes(folder / name); }
-
-    TemporaryFolder folder;
 };
 
 TEST_F(PipelineTest, RunsFromASurfaceToASceneWithLearnedBounds) {
     const std::string beam = NBD_ASSETS "/beam.obj";
-    const nlohmann::json body = json_of({"mesh", beam, "-o", "beam.h5"});
+    const nlohmann::json body = result("mesh " + beam + " -o beam.h5");
     EXPECT_EQ(body["faces"], 1504);
     EXPECT_NEAR(body["volume"].get<double>(), 0.0144, 1e-6);
-    const nlohmann::json modes = json_of({"modes", "beam.h5", "-m", "16", "--csv", "modes.csv"});
+    const nlohmann::json modes = result("modes beam.h5 -m 16 --csv modes.csv");
     EXPECT_EQ(modes["frequencies_hz"].size(), 16u);
 
     // The number of threads does not change the files.
-    const auto dataset = [](const char* output, const char* threads, const char* trajectories,
-                            const char* frames) {
-        return std::vector<std::string>{"dataset",           "beam.h5",    "-o",        output,
-                                        "--steps-per-frame", "1",          "--threads", threads,
-                                        "--trajectories",    trajectories, "--frames",  frames};
-    };
-    json_of(dataset("one.h5", "1", "3", "3"));
-    json_of(dataset("two.h5", "2", "3", "3"));
+    const std::string dataset = "dataset beam.h5 --steps-per-frame 1 ";
+    make(dataset + "-o one.h5 --threads 1 --trajectories 3 --frames 3 -q");
+    make(dataset + "-o two.h5 --threads 2 --trajectories 3 --frames 3 -q");
     EXPECT_TRUE(bytes("one.shards/000000-000002.h5") == bytes("two.shards/000000-000002.h5"));
-    const nlohmann::json data = json_of(dataset("data.h5", "2", "12", "20"));
+    const nlohmann::json data = result(dataset + "-o data.h5 --threads 2 --trajectories 12 --frames 20");
     EXPECT_EQ(data["frames"], 240);
     EXPECT_EQ(data["failed"], 0);
-    const auto train = [](const char* output, const char* threads) {
-        return std::vector<std::string>{"train", "beam.h5",    "data.h5", "-o",        output, "--depth",
-                                        "4",     "-m",         "16",      "-k",        "64",   "--epochs",
-                                        "30",    "--held-out", "0.1",     "--threads", threads};
-    };
-    const nlohmann::json trained = json_of(train("tree.h5", "2"));
-    EXPECT_EQ(trained["nodes"], 31);
-    json_of(train("tree1.h5", "1"));
+    const std::string train = "train beam.h5 data.h5 --depth 4 -m 16 -k 64 --epochs 30 --held-out 0.1 ";
+    EXPECT_EQ(result(train + "-o tree.h5 --threads 2")["nodes"], 31);
+    make(train + "-o tree1.h5 --threads 1 -q");
     EXPECT_TRUE(bytes("tree.h5") == bytes("tree1.h5"));
-    EXPECT_FALSE(std::filesystem::exists(folder / "tree.h5.checkpoint"));
+    EXPECT_FALSE(std::filesystem::exists(folder() / "tree.h5.checkpoint"));
 
-    const nlohmann::json table =
-        json_of({"evaluate", "tree.h5", "data.h5", "--margins", "0,0.1", "--csv", "table.csv"});
+    const nlohmann::json table = result("evaluate tree.h5 data.h5 --margins 0,0.1 --csv table.csv");
     ASSERT_EQ(table["rows"].size(), 72u);  // two sets and margins, five depths of three bounds, three levels
     // Networks without training are off by tens of percent; 0.1 covers what these leave out.
     for (const auto& row : table["rows"]) {
@@ -86,13 +58,13 @@ TEST_F(PipelineTest, RunsFromASurfaceToASceneWithLearnedBounds) {
     }
     EXPECT_EQ(std::ranges::count(bytes("table.csv"), '\n'), 73);
 
-    folder.write("scene.json", R"({"bodies": [
+    write("scene.json", R"({"bodies": [
         {"body": "beam.h5", "tree": "tree.h5", "bounds": "nbd", "margin": 0.1},
         {"body": "beam.h5", "tree": "tree.h5", "bounds": "learned_affine", "margin": 0.1,
          "transform": {"translate": [0.05, 0, 0.15]}, "velocity": [0, 0, -3]}],
         "time": {"dt": 0.005, "frames": 4, "steps_per_frame": 2}})");
-    const nlohmann::json scene = json_of({"simulate", "scene.json", "-o", "scene.h5", "--audit", "1", "--csv",
-                                          "scene.csv", "--vtu", "vtu", "--picture", "scene.png"});
+    const nlohmann::json scene =
+        result("simulate scene.json -o scene.h5 --audit 1 --csv scene.csv --vtu vtu --picture scene.png");
     EXPECT_EQ(scene["audited_frames"], 4);
     EXPECT_GT(scene["near_pairs"], 1000);
     EXPECT_EQ(scene["near_pairs_missed"], 0);
@@ -106,26 +78,26 @@ TEST_F(PipelineTest, RunsFromASurfaceToASceneWithLearnedBounds) {
             << part;
     }
     EXPECT_EQ(bytes("scene.png").substr(1, 3), "PNG");
-    EXPECT_EQ(listing(folder / "vtu").size(), 6u);  // the rest pose, four frames, scene.pvd
+    EXPECT_EQ(listing(folder() / "vtu").size(), 6u);  // the rest pose, four frames, scene.pvd
 
     // The three ways to give a pose are equivalent, and conservative bounds do not change the pairs.
-    folder.write("moved.obj", obj_file(moved(read_surface(beam), 0.0137, 0.0171, 0.0113)));
-    const std::string exact = pairs(beam, "moved.obj");
+    write("moved.obj", obj_file(moved(read_surface(beam), 0.0137, 0.0171, 0.0113)));
+    const std::string exact = pairs(beam + " moved.obj");
     EXPECT_GT(std::ranges::count(exact, '\n'), 100);
-    EXPECT_EQ(pairs("tree.h5@" + beam, "moved.obj"), exact);
-    EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "tree.h5@moved.obj"), exact);
-    EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "tree.h5@moved.obj", {"--bounds", "bd"}), exact);
-    for (const char* bounds : {"nbd", "learned_affine"}) {  // as calibrated, and grown
-        EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "tree.h5@moved.obj", {"--bounds", bounds}), exact);
-        EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "tree.h5@moved.obj", {"--bounds", bounds, "--margin", "0.1"}),
+    EXPECT_EQ(pairs("tree.h5@" + beam + " moved.obj"), exact);
+    EXPECT_EQ(pairs("tree.h5@scene.h5:0:0 tree.h5@moved.obj"), exact);
+    EXPECT_EQ(pairs("tree.h5@scene.h5:0:0 tree.h5@moved.obj", "--bounds bd"), exact);
+    for (const std::string bounds : {"nbd", "learned_affine"}) {  // as calibrated, and grown
+        EXPECT_EQ(pairs("tree.h5@scene.h5:0:0 tree.h5@moved.obj", "--bounds " + bounds), exact);
+        EXPECT_EQ(pairs("tree.h5@scene.h5:0:0 tree.h5@moved.obj", "--bounds " + bounds + " --margin 0.1"),
                   exact);
     }
 
     // Affine bounds come with the tree, find the same pairs, and need no tree in a scene.
-    EXPECT_EQ(pairs("tree.h5@scene.h5:0:0", "tree.h5@scene.h5:1:4", {"--bounds", "affine"}),
-              pairs("tree.h5@scene.h5:0:0", "tree.h5@scene.h5:1:4"));
-    const nlohmann::json covered = json_of(
-        {"coverage", "tree.h5", "data.h5", "--contacts", "10", "--bounds", "affine,boxes,learned_affine"});
+    EXPECT_EQ(pairs("tree.h5@scene.h5:0:0 tree.h5@scene.h5:1:4", "--bounds affine"),
+              pairs("tree.h5@scene.h5:0:0 tree.h5@scene.h5:1:4"));
+    const nlohmann::json covered =
+        result("coverage tree.h5 data.h5 --contacts 10 --bounds affine,boxes,learned_affine");
     ASSERT_EQ(covered["contact_scenes"].size(), 3u);
     for (const std::size_t row : {0u, 1u}) {
         EXPECT_GT(covered["contact_scenes"][row]["face_pairs"], 0);
@@ -133,27 +105,24 @@ TEST_F(PipelineTest, RunsFromASurfaceToASceneWithLearnedBounds) {
     }
     for (const auto& row : covered["coverage"]) EXPECT_EQ(row["bound"], "learned_affine");
     for (const std::string tree : {"", R"("tree": "tree.h5", )"})
-        for (const char* bounds : {"exact", "affine"}) {
-            folder.write("hung.json", R"({"bodies": [
+        for (const std::string bounds : {"exact", "affine"}) {
+            write("hung.json", R"({"bodies": [
                 {"body": "beam.h5"}, {"body": "beam.h5", )" +
-                                          tree + R"(
+                                   tree + R"(
                  "transform": {"translate": [0.05, 0, 0.15]}, "velocity": [0, 0, -3]}],
                 "time": {"dt": 0.005, "frames": 4, "steps_per_frame": 2}})");
             const nlohmann::json hung =
-                json_of({"simulate", "hung.json", "-o", std::string(bounds) + "_scene.h5", "--bounds", bounds,
-                         "--audit", "1"});
+                result("simulate hung.json -o " + bounds + "_scene.h5 --bounds " + bounds + " --audit 1");
             EXPECT_GT(hung["near_pairs"], 0);
             EXPECT_EQ(hung["near_pairs_missed"], 0);
             EXPECT_EQ(hung["intersecting_pairs_missed"], 0);
         }
 
-    const Ran compared = run(folder / "", {"simulate", "hung.json", "-o", "compared.h5", "--contacts", "1",
-                                           "--frames", "2", "--compare-contacts"});
-    EXPECT_EQ(compared.status, 0) << compared.err;
-    EXPECT_NE(compared.out.find("compared with all contacts"), std::string::npos) << compared.out;
-    std::filesystem::remove(folder / "compared.h5");
+    EXPECT_THAT(text("simulate hung.json -o compared.h5 --contacts 1 --frames 2 --compare-contacts"),
+                testing::HasSubstr("compared with all contacts"));
+    std::filesystem::remove(folder() / "compared.h5");
 
-    const nlohmann::json race = json_of({"race", "scene.json", "--csv", "race.csv"})["bounds"];
+    const nlohmann::json race = result("race scene.json --csv race.csv")["bounds"];
     const auto row = std::ranges::find(race, "learned_affine", [](const auto& r) { return r["bounds"]; });
     ASSERT_NE(row, race.end());
     EXPECT_GT((*row)["near_pairs"], 0);
@@ -165,36 +134,33 @@ TEST_F(PipelineTest, RunsFromASurfaceToASceneWithLearnedBounds) {
     EXPECT_EQ(std::ranges::count(bytes("race.csv"), '\n'), static_cast<std::ptrdiff_t>(race.size()) + 1);
 
     // Every supported instruction set gives the same numbers.
-    for (const char* instructions : {"plain", "avx2", "avx512"}) {
-        const bool known =
-            run(folder / "", {"inspect", "beam.h5", "--instructions", instructions}).status == 0;
-        EXPECT_TRUE(known || std::string(instructions) != "plain");
+    for (const std::string instructions : {"plain", "avx2", "avx512"}) {
+        const bool known = run("inspect beam.h5 --instructions " + instructions).status == 0;
+        EXPECT_TRUE(known || instructions != "plain");
         if (!known) continue;
-        json_of({"evaluate", "tree.h5", "data.h5", "--margins", "0,0.1", "--csv", "again.csv",
-                 "--instructions", instructions});
+        result("evaluate tree.h5 data.h5 --margins 0,0.1 --csv again.csv --instructions " + instructions);
         EXPECT_EQ(bytes("again.csv"), bytes("table.csv")) << instructions;
-        EXPECT_EQ(pairs(beam, "moved.obj", {"--instructions", instructions}), exact) << instructions;
+        EXPECT_EQ(pairs(beam + " moved.obj", "--instructions " + instructions), exact) << instructions;
     }
 
-    const Ran times =
-        run_bench(folder / "", {"peers", "data.h5",        "--body", "beam.h5",   "tree.h5", "--scenes",
-                                "1",     "--rounds",       "1",      "--contact", "light",   "--light",
-                                "4",     "--order",        "file",   "--methods", "boxes",   "-o",
-                                "peers", "--instructions", "plain"});
-    EXPECT_NE(times.out.find("plain kernels"), std::string::npos) << times.out << times.err;
-    std::filesystem::remove_all(folder / "peers");
+    EXPECT_THAT(bench("peers data.h5 --body beam.h5 tree.h5 --scenes 1 --rounds 1 --contact light --light 4 "
+                      "--order file --methods boxes -o peers --instructions plain")
+                    .out,
+                testing::HasSubstr("plain kernels"));
+    std::filesystem::remove_all(folder() / "peers");
 
-    const auto exported = json_of({"export", "--flat", "tree.h5", "-o", "tree.nbd"});
+    const auto exported = result("export --flat tree.h5 -o tree.nbd");
     EXPECT_EQ(exported["bytes"], bytes("tree.nbd").size());
-    for (const char* file : {"beam.h5", "data.h5", "tree.h5", "tree.nbd", "scene.h5"})
-        EXPECT_EQ(json_of({"inspect", file})["whole"], true) << file;
+    for (const std::string file : {"beam.h5", "data.h5", "tree.h5", "tree.nbd", "scene.h5"})
+        EXPECT_EQ(result("inspect " + file)["whole"], true) << file;
     EXPECT_EQ(
-        listing(folder / ""),
-        (std::set<std::string>{
-            "beam.h5",   "modes.csv",   "one.h5",     "one.shards", "two.h5",         "two.shards",
-            "data.h5",   "data.shards", "tree.h5",    "tree1.h5",   "tree.nbd",       "table.csv",
-            "race.csv",  "again.csv",   "scene.json", "scene.h5",   "scene.csv",      "vtu",
-            "scene.png", "moved.obj",   "pairs.csv",  "hung.json",  "exact_scene.h5", "affine_scene.h5"}));
+        listing(folder()),
+        (std::set<std::string>{"box.obj",        "box.h5",     "beam.h5",    "modes.csv", "one.h5",
+                               "one.shards",     "two.h5",     "two.shards", "data.h5",   "data.shards",
+                               "tree.h5",        "tree1.h5",   "tree.nbd",   "table.csv", "race.csv",
+                               "again.csv",      "scene.json", "scene.h5",   "scene.csv", "vtu",
+                               "scene.png",      "moved.obj",  "pairs.csv",  "hung.json", "exact_scene.h5",
+                               "affine_scene.h5"}));
 }
 
 }  // namespace

@@ -28,8 +28,8 @@ class ProgressTest : public SmallFiles {
     /// Runs a command on a terminal, which stays at a state of its work, see apps/cli/test_points.hpp, until
     /// it shows `line`; presses Ctrl-C, and returns all that was printed.
     static std::string interrupted_at(const std::string& line, const std::string& state,
-                                      const std::vector<std::string>& arguments, int columns = 80) {
-        TerminalRun run(folder(), arguments, columns, "xterm", {{"NBDTREE_AT", state + "|wait|never"}});
+                                      const std::string& command, int columns = 80) {
+        TerminalRun run(folder(), command, columns, "xterm", {{"NBDTREE_AT", state + "|wait|never"}});
         EXPECT_TRUE(run.wait_for(line)) << run.printed();
         run.press_ctrl_c();
         EXPECT_EQ(run.wait(), 130) << run.printed();
@@ -38,8 +38,7 @@ class ProgressTest : public SmallFiles {
 };
 
 TEST_F(ProgressTest, ShowsABarWithTheTimeLeftOnATerminal) {
-    const std::string text =
-        interrupted_at(" left", "frames|2", {"simulate", "endless.json", "-o", "bar.h5"});
+    const std::string text = interrupted_at(" left", "frames|2", "simulate endless.json -o bar.h5");
     EXPECT_TRUE(std::regex_search(
         text, std::regex("\r\033\\[Kframes \\[[#-]{20}\\] [0-9]+/1000000, [0-9]+:[0-9]{2} left")))
         << text;
@@ -57,8 +56,7 @@ TEST_F(ProgressTest, ShowsABarWithTheTimeLeftOnATerminal) {
 }
 
 TEST_F(ProgressTest, SaysHowLongWorkWithoutCountedStepsHasTaken) {
-    const std::string text =
-        interrupted_at(" so far", "points of gmsh|256", {"mesh", "fine.obj", "-o", "fine.h5"});
+    const std::string text = interrupted_at(" so far", "points of gmsh|256", "mesh fine.obj -o fine.h5");
     EXPECT_TRUE(std::regex_search(text, std::regex("\\[K[a-z ]+.*, [0-9]+:[0-9]{2} so far"))) << text;
     EXPECT_NE(text.find("nbdtree: error: interrupted: nothing was written; the same command starts anew\r\n"),
               std::string::npos)
@@ -66,41 +64,30 @@ TEST_F(ProgressTest, SaysHowLongWorkWithoutCountedStepsHasTaken) {
 }
 
 TEST_F(ProgressTest, EveryLongCommandShowsWhereItIs) {
-    make({"mesh", "box.obj", "-o", "fine_box.h5", "--subdivide", "2", "-q"});
-    make({"modes", "fine_box.h5", "-m", "8", "-q"});
-    make({"remap", "data.h5", "--from", "box.h5", "--to", "fine_box.h5", "-o", "fine_data.h5", "-q"});
-    std::vector<std::string> figures{"figures", "-o", "drawn"};
-    for (int i = 0; i < 3; ++i)
-        for (const std::string& word :
-             {std::string("--body"), "B" + std::to_string(i), std::string("tree.h5"), std::string("data.h5")})
-            figures.push_back(word);
-    struct Long {
-        std::string line, state;
-        std::vector<std::string> arguments;
+    make("mesh box.obj -o fine_box.h5 --subdivide 2 -q");
+    make("modes fine_box.h5 -m 8 -q");
+    make("remap data.h5 --from box.h5 --to fine_box.h5 -o fine_data.h5 -q");
+    const struct {
+        std::string line, state, command;
+    } cases[] = {
+        {"trajectories [", "trajectories|1", "dataset box.h5 -o more.h5 --trajectories 100000"},
+        {"networks [", "networks|1",
+         "train fine_box.h5 fine_data.h5 -o t.h5 --bounds nbd -k 16 --epochs 20 --held-out 0 --calibration 0 "
+         "--depth 4 --threads 1"},
+        {" of 3, ", "figures of B1, body 2 of 3|0",
+         "figures -o drawn --body B0 tree.h5 data.h5 --body B1 tree.h5 data.h5 --body B2 tree.h5 data.h5"},
+        {"misses, contact scenes [", "contact scenes|1",
+         "coverage tree.h5 data.h5 --bounds exact --contacts 1000"},
+        {"frames [", "frames|1", "race endless.json"},
     };
-    const std::vector<Long> commands = {
-        {"trajectories [",
-         "trajectories|1",
-         {"dataset", "box.h5", "-o", "more.h5", "--trajectories", "100000"}},
-        {"networks [",
-         "networks|1",
-         {"train", "fine_box.h5", "fine_data.h5", "-o", "t.h5", "--bounds", "nbd", "-k", "16", "--epochs",
-          "20", "--held-out", "0", "--calibration", "0", "--depth", "4", "--threads", "1"}},
-        {" of 3, ", "figures of B1, body 2 of 3|0", figures},
-        {"misses, contact scenes [",
-         "contact scenes|1",
-         {"coverage", "tree.h5", "data.h5", "--bounds", "exact", "--contacts", "1000"}},
-        {"frames [", "frames|1", {"race", "endless.json"}},
-    };
-    for (const auto& [line, state, arguments] : commands) {
-        SCOPED_TRACE(arguments.front());
-        EXPECT_EQ(sequences(interrupted_at(line, state, arguments)), "");
+    for (const auto& [line, state, command] : cases) {
+        SCOPED_TRACE(command);
+        EXPECT_EQ(sequences(interrupted_at(line, state, command)), "");
     }
 }
 
 TEST_F(ProgressTest, FitsANarrowTerminal) {
-    const std::string text =
-        interrupted_at("frames [", "frames|2", {"simulate", "endless.json", "-o", "narrow.h5"}, 30);
+    const std::string text = interrupted_at("frames [", "frames|2", "simulate endless.json -o narrow.h5", 30);
     const std::regex line("\r\033\\[K(frames[^\r\n]*)");
     auto shown = std::sregex_iterator(text.begin(), text.end(), line);
     ASSERT_NE(shown, std::sregex_iterator());
@@ -117,14 +104,12 @@ class SilentProgress : public ProgressTest {
 
     const std::string slow_clock = NBD_COUNTING_CLOCK;
     const Environment counted{{"LD_PRELOAD", slow_clock}};
-    const std::vector<std::string> race{"race", "endless.json", "--frames", "100", "--bounds", "boxes"};
+    const std::string race = "race endless.json --frames 100 --bounds boxes";
 };
 
 TEST_F(SilentProgress, WhereItIsNotWanted) {
     const auto printed = [&](const std::string& option, const char* kind) {
-        std::vector<std::string> arguments = race;
-        if (!option.empty()) arguments.push_back(option);
-        TerminalRun run(folder(), arguments, 80, kind, counted);
+        TerminalRun run(folder(), race + ' ' + option, 80, kind, counted);
         EXPECT_EQ(run.wait(), 0);
         return run.printed();
     };
@@ -135,18 +120,14 @@ TEST_F(SilentProgress, WhereItIsNotWanted) {
 }
 
 TEST_F(SilentProgress, WhereStandardErrorIsNoTerminal) {
-    const Ran ran = run(folder(), race, counted);
+    const Ran ran = run(race, counted);
     EXPECT_EQ(ran.status, 0);
     EXPECT_EQ(ran.err, "");
 }
 
 TEST_F(ProgressTest, ResultsOnATerminalHaveNoColours) {
-    for (const std::vector<std::string>& arguments : {std::vector<std::string>{"inspect", "tree.h5"},
-                                                      {"evaluate", "tree.h5", "data.h5"},
-                                                      {"--help"},
-                                                      {},
-                                                      {"mesh"}}) {
-        TerminalRun run(folder(), arguments);
+    for (const char* command : {"inspect tree.h5", "evaluate tree.h5 data.h5", "--help", "", "mesh"}) {
+        TerminalRun run(folder(), command);
         run.wait();
         EXPECT_NE(run.printed(), "");
         EXPECT_EQ(sequences(run.printed()), "");

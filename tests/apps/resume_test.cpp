@@ -43,18 +43,16 @@ class ResumeTest : public SmallFiles {
             "obstacles": [{"plane": {}}],
             "time": {"dt": 0.002, "frames": 12, "steps_per_frame": 5},
             "output": {"csv": "run.csv", "vtu": "frames", "obj": "frames"}})");
-        simulate("whole", {});
+        simulate("whole", "");
     }
 
-    static std::vector<std::string> command(const std::string& where, std::vector<std::string> more) {
-        more.insert(more.begin(), {"simulate", "scene.json", "-o", where + "/run.h5", "-q", "--audit", "3"});
-        return more;
+    /// The run of a scene to `where`/run.h5, in a folder that is there then.
+    static std::string command(const std::string& where, const std::string& more,
+                               const std::string& scene = "scene.json") {
+        return "simulate " + scene + " -o " + where + "/run.h5 -q --audit 3 " + more;
     }
 
-    static void simulate(const std::string& where, const std::vector<std::string>& more) {
-        fs::create_directories(folder() / where);
-        make(command(where, more));
-    }
+    static void simulate(const std::string& where, const std::string& more) { make(command(where, more)); }
 
     /// Expects the files of the uninterrupted run, bit for bit except for measured times.
     static void expect_whole(const std::string& where) {
@@ -69,46 +67,35 @@ class ResumeTest : public SmallFiles {
     }
 
     /// Runs until so many frames are in the journal, then stops the run as by Ctrl-C or by SIGKILL.
-    static void run_and_stop(const std::vector<std::string>& arguments, int frames, bool politely = false) {
+    static void run_and_stop(const std::string& line, int frames, bool politely = false) {
         const std::string action = politely ? "|interrupt" : "|kill";
-        const Ran ran =
-            run(folder(), arguments, {{"NBDTREE_AT", "frames|" + std::to_string(frames) + action}});
+        const Ran ran = run(line, {{"NBDTREE_AT", "frames|" + std::to_string(frames) + action}});
         ASSERT_EQ(ran.status, politely ? 130 : -9) << ran.err;
     }
 
     /// Leaves a journal with some frames in `where`.
-    static void leave_journal(const std::string& where, const std::vector<std::string>& arguments) {
-        fs::create_directories(folder() / where);
-        run_and_stop(arguments, 5);
+    static void leave_journal(const std::string& where, const std::string& line) {
+        run_and_stop(line, 5);
         ASSERT_GT(fs::file_size(folder() / where / "run.h5.journal"), 60'000u);
-    }
-
-    static std::string refused(const std::vector<std::string>& arguments) {
-        const Ran ran = run(folder(), arguments);
-        EXPECT_EQ(ran.status, 1);
-        return ran.err;
     }
 };
 
 TEST_F(ResumeTest, ARunStoppedAgainAndAgainGivesTheSameBits) {
     const std::string where = "killed";
-    fs::create_directories(folder() / where);
     bool politely = false;
     for (const int frames : {0, 0, 1, 4, 4, 5, 9, 11}) {  // stops at once where so many are done
-        run_and_stop(command(where, {"--resume"}), frames, politely);
+        run_and_stop(command(where, "--resume"), frames, politely);
         politely = !politely;
     }
-    run_and_stop(command(where, {"--resume"}), 12);  // all frames are done, and no output is
-    simulate(where, {"--resume"});
+    run_and_stop(command(where, "--resume"), 12);  // all frames are done, and no output is
+    simulate(where, "--resume");
     expect_whole(where);
 }
 
 TEST_F(ResumeTest, AutoBoundsOfALearnedTreeBoundTheSameNodesAfterAKill) {
     // The tree has calibrated learned bounds, which `auto` leaves alone in scenes.
-    make({"dataset", "box.h5", "-o", "fresh.h5", "--trajectories", "3", "--seed", "5", "--steps-per-frame",
-          "1", "-q"});
-    make({"calibrate", "tree.h5", "fresh.h5", "-o", "calibrated.h5", "--miss-rate", "0.3", "--confidence",
-          "0.5", "-q"});
+    make("dataset box.h5 -o fresh.h5 --trajectories 3 --seed 5 --steps-per-frame 1 -q");
+    make("calibrate tree.h5 fresh.h5 -o calibrated.h5 --miss-rate 0.3 --confidence 0.5 -q");
     write("auto.json", R"({
         "bodies": [
             {"body": "box.h5", "tree": "calibrated.h5", "bounds": "auto", "transform": {"translate": [0, 0, 0.07]}},
@@ -117,15 +104,14 @@ TEST_F(ResumeTest, AutoBoundsOfALearnedTreeBoundTheSameNodesAfterAKill) {
         "obstacles": [{"plane": {}}],
         "time": {"dt": 0.002, "frames": 12, "steps_per_frame": 5}, "output": {"csv": "run.csv"}})");
     const auto command = [](const std::string& where) {
-        return std::vector<std::string>{"simulate", "auto.json", "-o", where + "/run.h5", "-q", "--resume"};
+        return ResumeTest::command(where, "--resume", "auto.json");
     };
-    for (const char* where : {"auto_whole", "auto_killed"}) fs::create_directories(folder() / where);
     make(command("auto_whole"));
     for (const int frames : {2, 5, 9}) run_and_stop(command("auto_killed"), frames);
     make(command("auto_killed"));
-    const std::string table = read_bytes(folder() / "auto_whole/run.csv");
-    EXPECT_EQ(without_times(read_bytes(folder() / "auto_killed/run.csv")), without_times(table));
-    EXPECT_TRUE(read_bytes(folder() / "auto_killed/run.h5") == read_bytes(folder() / "auto_whole/run.h5"));
+    const std::string table = bytes("auto_whole/run.csv");
+    EXPECT_EQ(without_times(bytes("auto_killed/run.csv")), without_times(table));
+    EXPECT_TRUE(bytes("auto_killed/run.h5") == bytes("auto_whole/run.h5"));
     // Nodes were bounded, and more of them in some steps than in others.
     std::set<std::string> bounded;
     std::istringstream lines(table);
@@ -141,146 +127,127 @@ TEST_F(ResumeTest, AutoBoundsOfALearnedTreeBoundTheSameNodesAfterAKill) {
 
 TEST_F(ResumeTest, LeavesAFinishedRunAsItIs) {
     const std::string where = "finished";
-    fs::create_directories(folder() / where);
-    simulate(where, {});
+    simulate(where, "");
     const auto written = fs::last_write_time(folder() / where / "run.h5");
-    std::vector<std::string> again = command(where, {"--resume"});
-    std::erase(again, "-q");
-    const Ran ran = run(folder(), again);
-    EXPECT_EQ(ran.status, 0) << ran.err;
-    EXPECT_EQ(ran.out,
+    EXPECT_EQ(text("simulate scene.json --audit 3 --resume -o " + where + "/run.h5"),
               where + "/run.h5: is finished, nothing to continue; without --resume the scene runs anew\n");
     EXPECT_EQ(fs::last_write_time(folder() / where / "run.h5"), written);
     expect_whole(where);
 
     fs::remove(folder() / where / "run.csv");  // not all of it is there: runs anew
-    simulate(where, {"--resume"});
+    simulate(where, "--resume");
     expect_whole(where);
 }
 
 TEST_F(ResumeTest, KeepsAFinishedRunOfAnotherSceneOrOfOtherFrames) {
     const std::string where = "other_run";
-    fs::create_directories(folder() / where);
-    simulate(where, {});
+    simulate(where, "");
     const std::string before = read_bytes(folder() / where / "run.h5");
-    std::vector<std::string> longer = command(where, {"--frames", "14", "--resume"});
-    EXPECT_NE(refused(longer).find("holds a finished run of 12 frames instead of 14; without --resume"),
+    EXPECT_NE(error(command(where, "--frames 14 --resume"))
+                  .find("holds a finished run of 12 frames instead of 14; without --resume"),
               std::string::npos);
-    std::vector<std::string> other = command(where, {"--resume"});
-    for (std::string& argument : other)
-        if (argument == "scene.json") argument = "other.json";
-    write("other.json", read_bytes(folder() / "scene.json") + "\n");
-    EXPECT_NE(refused(other).find("holds a finished run of another scene; without --resume"),
+    write("other.json", bytes("scene.json") + "\n");
+    EXPECT_NE(error(command(where, "--resume", "other.json"))
+                  .find("holds a finished run of another scene; without --resume"),
               std::string::npos);
     EXPECT_TRUE(read_bytes(folder() / where / "run.h5") == before);
 }
 
 TEST_F(ResumeTest, KeepsAFinishedRunWithOtherOptions) {
     const std::string where = "other_options";
-    fs::create_directories(folder() / where);
-    simulate(where, {"--bounds", "boxes"});
+    simulate(where, "--bounds boxes");
     const std::string before = read_bytes(folder() / where / "run.h5");
-    const auto says = [&](const std::vector<std::string>& more, const std::string& difference) {
-        std::vector<std::string> arguments = command(where, more);
-        arguments.insert(arguments.end(), {"--resume"});
-        EXPECT_EQ(refused(arguments), "nbdtree: error: " + where + "/run.h5: holds a finished run with " +
-                                          difference + "; without --resume it is replaced\n");
+    const auto says = [&](const std::string& more, const std::string& difference) {
+        EXPECT_EQ(error(command(where, more + " --resume")),
+                  "nbdtree: error: " + where + "/run.h5: holds a finished run with " + difference +
+                      "; without --resume it is replaced\n");
     };
-    says({}, "--bounds boxes instead of no --bounds");
-    says({"--bounds", "exact"}, "--bounds boxes instead of --bounds exact");
-    says({"--bounds", "boxes", "--margin", "0.3"}, "no --margin instead of --margin 0.3");
-    says({"--bounds", "boxes", "--contacts", "7"}, "no --contacts instead of --contacts 7");
+    says("", "--bounds boxes instead of no --bounds");
+    says("--bounds exact", "--bounds boxes instead of --bounds exact");
+    says("--bounds boxes --margin 0.3", "no --margin instead of --margin 0.3");
+    says("--bounds boxes --contacts 7", "no --contacts instead of --contacts 7");
     EXPECT_EQ(
-        refused({"simulate", "scene.json", "-o", where + "/run.h5", "--bounds", "boxes", "--resume"}),
+        error("simulate scene.json -o " + where + "/run.h5 --bounds boxes --resume"),
         "nbdtree: error: " + where +
             "/run.h5: holds a finished run with --audit 3 instead of no --audit; without --resume it is "
             "replaced\n");
-    EXPECT_EQ(run(folder(), command(where, {"--bounds", "boxes", "--resume"})).err, "");
+    EXPECT_EQ(run(command(where, "--bounds boxes --resume")).err, "");
     EXPECT_TRUE(read_bytes(folder() / where / "run.h5") == before);
 }
 
 TEST_F(ResumeTest, SaysWhichOptionsAFinishedRunIgnores) {
     const std::string where = "ignoring", file = where + "/run.h5";
-    fs::create_directories(folder() / where);
-    simulate(where, {});
-    const auto warning = [&](const std::vector<std::string>& more) {
-        const Ran ran = run(folder(), command(where, more));
+    simulate(where, "");
+    const auto warning = [&](const std::string& more) {
+        const Ran ran = run(command(where, more));
         EXPECT_EQ(ran.status, 0);
         return ran.err;
     };
     const std::string ignores = "nbdtree: warning: " + file + ": the run is finished, so it ignores ";
-    EXPECT_EQ(warning({"--resume"}), "");
-    EXPECT_EQ(warning({"--resume", "--live"}), ignores + "--live\n");
-    EXPECT_EQ(warning({"--resume", "--strict"}), "");
-    const Ran strict = run(folder(), command(where, {"--resume", "--live", "--strict"}));
-    EXPECT_EQ(strict.status, 1);
-    EXPECT_EQ(strict.err, "nbdtree: error: " + file + ": the run is finished, so it ignores --live\n");
+    EXPECT_EQ(warning("--resume"), "");
+    EXPECT_EQ(warning("--resume --live"), ignores + "--live\n");
+    EXPECT_EQ(warning("--resume --strict"), "");
+    EXPECT_EQ(error(command(where, "--resume --live --strict")),
+              "nbdtree: error: " + file + ": the run is finished, so it ignores --live\n");
     EditFile(folder() / file).remove_attribute("/", "options");  // as earlier versions wrote it
-    EXPECT_EQ(warning({"--resume", "--bounds", "boxes"}), ignores + "--bounds, --audit\n");
+    EXPECT_EQ(warning("--resume --bounds boxes"), ignores + "--bounds, --audit\n");
 }
 
 TEST_F(ResumeTest, UsesADamagedJournalUpToTheDamage) {
     const std::string where = "damaged";
-    leave_journal(where, command(where, {"--resume"}));
+    leave_journal(where, command(where, "--resume"));
     const fs::path journal = folder() / where / "run.h5.journal";
-    const std::string bytes = read_bytes(journal);
+    const std::string whole = read_bytes(journal);
     std::mt19937 random(6);
     for (int i = 0; i < 3; ++i) {
-        std::string content = bytes;
+        std::string content = whole;
         if (i % 2 == 0)
-            content.resize(random() % bytes.size());
+            content.resize(random() % whole.size());
         else
-            content[2000 + random() % (bytes.size() - 2000)] ^= 0x10;
+            content[2000 + random() % (whole.size() - 2000)] ^= 0x10;
         write_bytes(journal, content);
-        simulate(where, {"--resume"});
+        simulate(where, "--resume");
         expect_whole(where);
     }
 }
 
 TEST_F(ResumeTest, RejectsAJournalOfAnotherRun) {
     const std::string where = "foreign", path = where + "/run.h5.journal";
-    leave_journal(where, command(where, {"--resume"}));
+    leave_journal(where, command(where, "--resume"));
     const fs::path journal = folder() / path;
-    const std::string bytes = read_bytes(journal), error = "nbdtree: error: " + path + ": ";
+    const std::string unfinished = read_bytes(journal), at = "nbdtree: error: " + path + ": ";
     const auto begun_with = [&](const std::string& what) {
-        return error + "its run was started with another " + what + "; remove the file to start over\n";
+        return at + "its run was started with another " + what + "; remove the file to start over\n";
     };
-    EXPECT_EQ(
-        refused(command(where, {})),
-        error + "holds an unfinished run; continue it with --resume, or remove the file to start over\n");
-    EXPECT_EQ(refused(command(where, {"--resume", "--frames", "13"})), begun_with("--frames"));
-    EXPECT_EQ(refused(command(where, {"--resume", "--margin", "0.1"})), begun_with("--margin"));
+    EXPECT_EQ(error(command(where, "")),
+              at + "holds an unfinished run; continue it with --resume, or remove the file to start over\n");
+    EXPECT_EQ(error(command(where, "--resume --frames 13")), begun_with("--frames"));
+    EXPECT_EQ(error(command(where, "--resume --margin 0.1")), begun_with("--margin"));
 
-    const std::string scene = read_bytes(folder() / "scene.json"), box = read_bytes(folder() / "box.obj");
+    const std::string scene = bytes("scene.json"), box = bytes("box.obj");
     write("scene.json", scene + " ");
-    EXPECT_EQ(refused(command(where, {"--resume"})), begun_with("scene"));
+    EXPECT_EQ(error(command(where, "--resume")), begun_with("scene"));
     write("scene.json", scene);
     write("box.obj", box + "# changed\n");
-    EXPECT_EQ(refused(command(where, {"--resume"})), begun_with("box.obj"));
+    EXPECT_EQ(error(command(where, "--resume")), begun_with("box.obj"));
     write("box.obj", box);
     write_bytes(journal, "hello");
-    EXPECT_EQ(refused(command(where, {"--resume"})),
-              error + "is not a journal of nbdtree; remove it or choose another output\n");
+    EXPECT_EQ(error(command(where, "--resume")),
+              at + "is not a journal of nbdtree; remove it or choose another output\n");
     EXPECT_EQ(read_bytes(journal), "hello");
-    write_bytes(journal, bytes);
-    simulate(where, {"--resume"});
+    write_bytes(journal, unfinished);
+    simulate(where, "--resume");
     expect_whole(where);
 }
 
 TEST_F(ResumeTest, WritesOutputsRequestedLaterFromTheJournal) {
     const std::string where = "later";
-    const std::vector<std::string> bare{"simulate", "bare.json", "-o",      where + "/run.h5",
-                                        "-q",       "--resume",  "--audit", "3"};
-    std::string scene = read_bytes(folder() / "scene.json");
+    const std::string bare = command(where, "--resume", "bare.json");
+    std::string scene = bytes("scene.json");
     scene.resize(scene.find(",\n            \"output\""));
     write("bare.json", scene += '}');
     leave_journal(where, bare);
-    std::vector<std::string> more = bare;
-    for (const char* option : {"csv", "vtu", "obj"}) {
-        more.push_back(std::string("--") + option);
-        more.push_back(where + (option == std::string("csv") ? "/run.csv" : "/frames"));
-    }
-    make(more);
+    make(bare + " --csv " + where + "/run.csv --vtu " + where + "/frames --obj " + where + "/frames");
     fs::copy_file(folder() / "whole/run.h5", folder() / where / "run.h5",
                   fs::copy_options::overwrite_existing);
     expect_whole(where);  // the recording contains the text of the other scene
@@ -288,33 +255,29 @@ TEST_F(ResumeTest, WritesOutputsRequestedLaterFromTheJournal) {
 
 TEST_F(ResumeTest, RejectsASecondRunOnTheSameOutput) {
     write("long.json", R"({"bodies": [{"body": "box.h5"}], "time": {"frames": 1000000}})");
-    const std::vector<std::string> arguments{"simulate", "long.json", "-o", "long.h5", "-q", "--resume"};
-    Running first(folder(), arguments, NBD_COMMAND, Running::Start::plain,
+    const std::string line = "simulate long.json -o long.h5 -q --resume";
+    Running first(folder(), line, NBD_COMMAND, Running::Start::plain,
                   {{"NBDTREE_AT", "frames|1|wait|never"}});
     while (!fs::exists(folder() / "long.h5.journal") && !first.has_ended())
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    EXPECT_EQ(refused(arguments), "nbdtree: error: long.h5.journal: another run is writing this output\n");
+    EXPECT_EQ(error(line), "nbdtree: error: long.h5.journal: another run is writing this output\n");
     first.interrupt();
     EXPECT_EQ(first.wait().status, 130);
     fs::remove(folder() / "long.h5.journal");
 }
 
 TEST_F(ResumeTest, RejectsOutputsThatShareAFile) {
-    const auto simulate = [](std::vector<std::string> more) {
-        more.insert(more.begin(), {"simulate", "scene.json", "-q", "-o", "x.h5"});
-        return more;
-    };
-    const std::string error = "nbdtree: error: ", same = " are the same file\n";
-    EXPECT_EQ(refused(simulate({"--csv", "whole/../x.h5"})),
-              error + "whole/../x.h5: cannot be written: recording and csv" + same);
-    EXPECT_EQ(refused(simulate({"--picture", "x.h5.journal"})),
-              error + "x.h5.journal: cannot be written: journal and picture" + same);
-    EXPECT_EQ(refused(simulate({"--obj", "x.csv", "--csv", "x.csv"})),
-              error + "x.csv: cannot be written: csv and obj" + same);
-    EXPECT_EQ(
-        refused(simulate({"--vtu", "box.h5/frames"})),
-        error + "box.h5/frames: cannot be written: " + (folder() / "box.h5").string() + " is not a folder\n");
-    EXPECT_FALSE(fs::exists(folder() / "x.h5"));
+    const std::string same = " are the same file", box = (folder() / "box.h5").string();
+    expect_refused({
+        {"simulate scene.json -q -o x.h5 --csv whole/../x.h5", 1,
+         "whole/../x.h5: cannot be written: recording and csv" + same},
+        {"simulate scene.json -q -o x.h5 --picture x.h5.journal", 1,
+         "x.h5.journal: cannot be written: journal and picture" + same},
+        {"simulate scene.json -q -o x.h5 --obj x.csv --csv x.csv", 1,
+         "x.csv: cannot be written: csv and obj" + same},
+        {"simulate scene.json -q -o x.h5 --vtu box.h5/frames", 1,
+         "box.h5/frames: cannot be written: " + box + " is not a folder"},
+    });
 }
 
 }  // namespace

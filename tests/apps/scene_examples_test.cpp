@@ -3,13 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "meshing/formats/read_surface.hpp"
-#include "tests/apps/command.hpp"
-#include "tests/support/temporary_folder.hpp"
+#include "tests/apps/small_files.hpp"
+#include "tests/support/file_damage.hpp"
 
 namespace nbd::test {
 namespace {
@@ -23,35 +22,28 @@ std::vector<std::string> scenes() {
     return names;
 }
 
-class SceneExample : public ::testing::TestWithParam<std::string> {
- protected:
-    TemporaryFolder folder_;
-};
+class SceneExample : public BoxFolder, public ::testing::WithParamInterface<std::string> {};
 
 TEST_P(SceneExample, IsValidAndRuns) {
     const std::string scene = NBD_ASSETS "/scenes/" + GetParam() + ".json";
-    const Ran valid = run(folder_ / "", {"validate", scene});
-    EXPECT_EQ(valid.out, scene + ": valid\n");
-    EXPECT_EQ(valid.status, 0) << valid.err;
-    const Ran ran = run(folder_ / "", {"simulate", scene, "-o", "run.h5", "--frames", "2", "--json"});
-    ASSERT_EQ(ran.status, 0) << ran.err;
-    EXPECT_EQ(nlohmann::json::parse(ran.out)["frames"], 2);
-    EXPECT_TRUE(std::filesystem::exists(folder_ / "run.h5"));
-    EXPECT_FALSE(std::filesystem::exists(folder_ / "run.h5.journal"));
+    const std::string recording = GetParam() + ".h5";
+    EXPECT_EQ(text("validate " + scene), scene + ": valid\n");
+    EXPECT_EQ(result("simulate " + scene + " -o " + recording + " --frames 2")["frames"], 2);
+    EXPECT_TRUE(std::filesystem::exists(folder() / recording));
+    EXPECT_FALSE(std::filesystem::exists(folder() / (recording + ".journal")));
 }
 
 TEST_P(SceneExample, IsDocumented) {
-    std::ifstream file(NBD_ASSETS "/scenes/README.md");
-    const std::string readme{std::istreambuf_iterator<char>(file), {}};
-    EXPECT_NE(readme.find("`" + GetParam() + ".json`"), std::string::npos);
+    EXPECT_NE(read_bytes(NBD_ASSETS "/scenes/README.md").find("`" + GetParam() + ".json`"),
+              std::string::npos);
 }
 
 /// Runs a scene of the block on a slope of 20 degrees to its end. Returns how far its centre is down the
 /// slope from the start, metres, in each of its 101 frames, 10 ms apart.
 std::vector<double> way_down(const std::string& scene) {
     const TemporaryFolder folder;
-    const Ran ran = run(folder / "", {"simulate", NBD_ASSETS "/scenes/" + scene + ".json", "-o", "run.h5",
-                                      "--obj", "frames", "--quiet"});
+    const Ran ran =
+        run(folder / "", "simulate " NBD_ASSETS "/scenes/" + scene + ".json -o run.h5 --obj frames --quiet");
     EXPECT_EQ(ran.status, 0) << ran.err;
     const double slope = 20 * std::numbers::pi / 180;
     const Eigen::RowVector3d down(std::cos(slope), 0, -std::sin(slope));

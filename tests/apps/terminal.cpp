@@ -14,11 +14,12 @@
 
 namespace nbd::test {
 
-TerminalRun::TerminalRun(const std::filesystem::path& folder, const std::vector<std::string>& arguments,
-                         int columns, const char* kind, const Environment& environment) {
+TerminalRun::TerminalRun(const std::filesystem::path& folder, std::string_view line, int columns,
+                         const char* kind, const Environment& environment) {
     std::string called = "nbdtree";
+    std::vector<std::string> arguments = words(line);
     std::vector<char*> argv{called.data()};
-    for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+    for (std::string& argument : arguments) argv.push_back(argument.data());
     argv.push_back(nullptr);
     const winsize size{
         .ws_row = 24, .ws_col = static_cast<unsigned short>(columns), .ws_xpixel = 0, .ws_ypixel = 0};

@@ -2,7 +2,7 @@
 
 #include <filesystem>
 #include <string>
-#include <vector>
+#include <string_view>
 
 #include "tests/apps/command.hpp"
 
@@ -11,8 +11,8 @@ namespace nbd::test {
 /// A run of `nbdtree` with a terminal as standard error and output, in the background in `folder`.
 class TerminalRun {
  public:
-    TerminalRun(const std::filesystem::path& folder, const std::vector<std::string>& arguments,
-                int columns = 80, const char* kind = "xterm", const Environment& environment = {});
+    TerminalRun(const std::filesystem::path& folder, std::string_view line, int columns = 80,
+                const char* kind = "xterm", const Environment& environment = {});
     ~TerminalRun();
     TerminalRun(const TerminalRun&) = delete;
     TerminalRun& operator=(const TerminalRun&) = delete;

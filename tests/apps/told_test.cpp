@@ -22,11 +22,8 @@ using testing::HasSubstr;
 
 class Told : public test::BoxFolder {
  protected:
-    static Ran run(const std::vector<std::string>& arguments) { return test::run(folder(), arguments); }
-
-    static Ran simulate(const std::string& scene, std::vector<std::string> more = {}) {
-        more.insert(more.begin(), {"simulate", scene, "-o", "run.h5"});
-        return run(more);
+    static Ran simulate(const std::string& scene_and_options) {
+        return run("simulate -o run.h5 " + scene_and_options);
     }
 
     /// A scene of the box at these places, of one step.
@@ -44,12 +41,9 @@ class Told : public test::BoxFolder {
     }
 
     /// Expects one warning from each command, in --json too, and with --strict the same line as the error.
-    static void expect_told(const std::vector<std::string>& command, const std::string& line) {
-        SCOPED_TRACE(fmt::format("{}", fmt::join(command, " ")));
-        std::vector<std::string> json = command, strict = command;
-        json.emplace_back("--json");
-        strict.emplace_back("--strict");
-        const Ran told = run(json), stopped = run(strict);
+    static void expect_told(const std::string& command, const std::string& line) {
+        SCOPED_TRACE(command);
+        const Ran told = run(command + " --json"), stopped = run(command + " --strict");
         EXPECT_EQ(told.status, 0);
         EXPECT_EQ(told.err, "nbdtree: warning: " + line + "\n");
         EXPECT_EQ(nlohmann::json::parse(told.out)["warnings"], std::vector<std::string>{line});
@@ -63,8 +57,8 @@ const std::string way_out = "; \"resolve_start\": true moves bodies apart before
 TEST_F(Told, StartsThatOverlapOrTouch) {
     write_scene("floor.json", {"[0, 0, -0.03]"});  // the box has a corner at the origin
     const std::string deep = "is 0.03 m deep in obstacles[0] at the start";
-    expect_told({"simulate", "floor.json", "-o", "run.h5"}, "floor.json: bodies[0] (b0): " + deep + way_out);
-    EXPECT_THAT(run({"validate", "floor.json"}).out, HasSubstr("floor.json: bodies[0]: " + deep + way_out));
+    expect_told("simulate floor.json -o run.h5", "floor.json: bodies[0] (b0): " + deep + way_out);
+    EXPECT_THAT(run("validate floor.json").out, HasSubstr("floor.json: bodies[0]: " + deep + way_out));
 
     write_scene("two.json", {"[0, 0, 1]", "[0.1, 0.02, 1.03]"});
     const Ran two = simulate("two.json");
@@ -86,17 +80,16 @@ TEST_F(Told, StartsThatOverlapOrTouch) {
 
     write_scene("touch.json", {"[0, 0, 0]"});
     const std::string touches = "touches obstacles[0] at the start";
-    expect_told({"simulate", "touch.json", "-o", "run.h5"},
-                "touch.json: bodies[0] (b0): " + touches + way_out);
-    expect_told({"validate", "touch.json"}, "touch.json: bodies[0]: " + touches + way_out);
+    expect_told("simulate touch.json -o run.h5", "touch.json: bodies[0] (b0): " + touches + way_out);
+    expect_told("validate touch.json", "touch.json: bodies[0]: " + touches + way_out);
 
     // Nothing is said of what is apart, or was moved apart.
     write_scene("apart.json", {"[0, 0, 0.01]", "[0, 0, 0.12]"});
-    EXPECT_EQ(simulate("apart.json", {"--strict"}).err, "");
-    EXPECT_EQ(run({"validate", "apart.json", "--strict"}).err, "");
+    EXPECT_EQ(simulate("apart.json --strict").err, "");
+    EXPECT_EQ(run("validate apart.json --strict").err, "");
     write_scene("moved.json", {"[0, 0, -0.03]"},
                 R"("obstacles": [{"plane": {}}], "contact": {"resolve_start": true})");
-    const Ran moved = simulate("moved.json", {"--strict"});
+    const Ran moved = simulate("moved.json --strict");
     EXPECT_EQ(moved.status, 0);
     EXPECT_THAT(moved.err, HasSubstr("intersects at the start and was moved by"));
     EXPECT_THAT(moved.err, testing::Not(HasSubstr("warning")));
@@ -106,7 +99,7 @@ TEST_F(Told, WallsTooNearForContactOfABodyWithItself) {
     const std::string scene = NBD_SHARED_CASES "/slit/squeeze_self.json";
     if (!std::filesystem::exists(scene)) GTEST_SKIP() << scene << " is absent";
     EXPECT_THAT(
-        simulate(scene, {"--frames", "1"}).err,
+        simulate(scene + " --frames 1").err,
         HasSubstr("face each other at rest nearer than 0.0035 m, twice the contact distance, the nearest "
                   "0.0002 m apart"));
 }
@@ -118,17 +111,15 @@ TEST_F(Told, SpheresThatMayPassBetweenVertices) {
     // The faces of the box are right-angled, with sides of a third of 0.4 m and 0.1 m.
     const std::string gap =
         "the sphere's radius is 0.005 m, but the surface of bodies[0] (b0) has points 0.0687 m from the "
-        "nearest "
-        "vertex of their face; only vertices meet a sphere, so it may pass through faces; a mesh as "
-        "obstacle, "
-        "or a surface of smaller faces, prevents that";
-    expect_told({"simulate", "sphere.json", "-o", "run.h5"}, "sphere.json: obstacles[1]: " + gap);
-    expect_told({"validate", "sphere.json"}, "sphere.json: obstacles[1]: " + gap);
+        "nearest vertex of their face; only vertices meet a sphere, so it may pass through faces; a mesh as "
+        "obstacle, or a surface of smaller faces, prevents that";
+    expect_told("simulate sphere.json -o run.h5", "sphere.json: obstacles[1]: " + gap);
+    expect_told("validate sphere.json", "sphere.json: obstacles[1]: " + gap);
     write_scene("spheres.json", {"[0, 0, 0.1]", "[0, 1, 0.1]"},
                 fmt::format(R"("obstacles": [{}, {}, {}])", small, large, small));
-    expect_told({"validate", "spheres.json"}, "spheres.json: obstacles[0] and 1 more: " + gap);
+    expect_told("validate spheres.json", "spheres.json: obstacles[0] and 1 more: " + gap);
     write_scene("large.json", {"[0, 0, 0.1]"}, fmt::format(R"("obstacles": [{}])", large));
-    EXPECT_EQ(run({"validate", "large.json", "--strict"}).err, "");
+    EXPECT_EQ(run("validate large.json --strict").err, "");
 }
 
 TEST_F(Told, JumpsThroughABody) {
@@ -140,7 +131,7 @@ TEST_F(Told, JumpsThroughABody) {
     EXPECT_THAT(told.err, HasSubstr("nbdtree: warning: 1 of 2 steps were kept although something went wrong; "
                                     "the first: at "));
     EXPECT_THAT(told.err, HasSubstr("bodies may approach each other by 1 m in a step, allowed: "));
-    EXPECT_EQ(simulate("jump.json", {"--strict"}).status, 1);
+    EXPECT_EQ(simulate("jump.json --strict").status, 1);
 }
 
 TEST_F(Told, ManyOverlapsInOneLine) {
@@ -161,21 +152,19 @@ TEST_F(Told, TetrahedraInsideOut) {
         "obstacles": [{"plane": {}}, {"plane": {"point": [0, 0, 0.12], "normal": [0, 0, -1]}, "velocity": [0, 0, -2],
                        "stop": 0.058}],
         "time": {"dt": 0.002, "frames": 30, "steps_per_frame": 1}})");
-    const Ran told = simulate("squeeze.json", {"--csv", "run.csv", "--json"});
+    const Ran told = simulate("squeeze.json --csv run.csv --json");
     ASSERT_EQ(told.status, 0) << told.err;
     const auto result = nlohmann::json::parse(told.out);
     const int steps = result["inverted_steps"], most = result["most_inverted"];
     ASSERT_GT(steps, 0) << "no tetrahedron is inside out";
     const std::string line = fmt::format(
-        "{} of 30 steps end with tetrahedra inside out, up to {} at once, the "
-        "first at ",
-        steps, most);
+        "{} of 30 steps end with tetrahedra inside out, up to {} at once, the first at ", steps, most);
     EXPECT_THAT(told.err, HasSubstr("nbdtree: warning: " + line));
     EXPECT_THAT(std::string(result["warnings"].back()), HasSubstr(line));
     const RecordingReader recording(folder() / "run.h5");
     const std::vector<std::int32_t> marked = recording.facts(0).troubled;
     EXPECT_GE(std::ranges::count(marked, 1), steps);
-    const Ran strict = simulate("squeeze.json", {"--strict"});
+    const Ran strict = simulate("squeeze.json --strict");
     EXPECT_EQ(strict.status, 1);
     EXPECT_THAT(strict.err, HasSubstr("nbdtree: error: squeeze.json: stopped at "));
 }
@@ -184,25 +173,23 @@ TEST_F(Told, BodiesThatMoveWrongly) {
     write("bar.obj", test::obj_file(test::box(1, 0.1, 0.1, 1)));
     const std::string thin =
         "is one tetrahedron thick in 100 % of its volume, so it bends far too little; a surface of smaller "
-        "faces "
-        "gives more, and so may `nbdtree mesh --cage`";
-    expect_told({"mesh", "bar.obj", "-o", "bar.h5"}, "bar.h5: " + thin);
+        "faces gives more, and so may `nbdtree mesh --cage`";
+    expect_told("mesh bar.obj -o bar.h5", "bar.h5: " + thin);
     write("bar.json", R"({"bodies": [{"surface": "bar.obj", "name": "bar"},
         {"surface": "bar.obj", "name": "other", "transform": {"translate": [0, 2, 0]}}],
         "time": {"dt": 1e-4, "frames": 1, "steps_per_frame": 1}})");
-    expect_told({"simulate", "bar.json", "-o", "run.h5"}, "bar.json: bodies[0] (bar) and 1 more: " + thin);
-    expect_told({"validate", "bar.json"}, "bar.json: bodies[0] (bar) and 1 more: " + thin);
-    make({"mesh", "bar.obj", "-o", "bar.h5"});
-    expect_told({"dataset", "bar.h5", "-o", "bar_data.h5", "--trajectories", "1", "--frames", "2",
-                 "--strength", "0.01"},
+    expect_told("simulate bar.json -o run.h5", "bar.json: bodies[0] (bar) and 1 more: " + thin);
+    expect_told("validate bar.json", "bar.json: bodies[0] (bar) and 1 more: " + thin);
+    make("mesh bar.obj -o bar.h5");
+    expect_told("dataset bar.h5 -o bar_data.h5 --trajectories 1 --frames 2 --strength 0.01",
                 "bar.h5: " + thin);
 
     write("large.obj", test::obj_file(test::box(100, 40, 40, 4)));
     const std::string large =
         "is 100 m long; if its file is in millimetres, `nbdtree mesh --scale 0.001` makes metres of them";
-    expect_told({"mesh", "large.obj", "-o", "large.h5"}, "large.h5: " + large);
+    expect_told("mesh large.obj -o large.h5", "large.h5: " + large);
     expect_told(
-        {"mesh", "box.obj", "-o", "rubber.h5", "--poisson", "0.49"},
+        "mesh box.obj -o rubber.h5 --poisson 0.49",
         "rubber.h5: has a Poisson's ratio of 0.49, at which its tetrahedra lock: it bends far less than it "
         "should; advised: 0.45 or less");
     write("rubber.json", R"({"bodies": [{"body": "box.h5", "name": "box", "material": {"poisson": 0.48},
@@ -210,7 +197,7 @@ TEST_F(Told, BodiesThatMoveWrongly) {
     const Ran rubber = simulate("rubber.json");
     EXPECT_THAT(rubber.err, HasSubstr("rubber.json: bodies[0] (box): is 40 m long; "));
     EXPECT_THAT(rubber.err, HasSubstr("rubber.json: bodies[0] (box): has a Poisson's ratio of 0.48, "));
-    EXPECT_EQ(simulate("rubber.json", {"--strict"}).status, 1);
+    EXPECT_EQ(simulate("rubber.json --strict").status, 1);
 }
 
 }  // namespace

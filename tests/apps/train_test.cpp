@@ -10,31 +10,18 @@ namespace nbd {
 namespace {
 
 using nlohmann::json;
-
-class TrainCommand : public test::BoxFolder {
- protected:
-    static json json_of(std::vector<std::string> arguments) {
-        arguments.emplace_back("--json");
-        const test::Ran ran = test::run(folder(), arguments);
-        EXPECT_EQ(ran.status, 0) << ran.err;
-        return ran.status == 0 ? json::parse(ran.out) : json{};
-    }
-};
+using TrainCommand = test::BoxFolder;
 
 /// On a surface on which clusters are not all vertices, so that the changes of ours take effect.
 TEST_F(TrainCommand, TheDefaultNetworksAreTighterThanThePapers) {
-    make({"mesh", "box.obj", "-o", "fine.h5", "--subdivide", "2", "-q"});
-    make({"modes", "fine.h5", "-m", "8", "-q"});
-    make({"dataset", "fine.h5", "-o", "motion.h5", "--trajectories", "40", "--frames", "24",
-          "--steps-per-frame", "1", "-q"});
+    make("mesh box.obj -o fine.h5 --subdivide 2 -q");
+    make("modes fine.h5 -m 8 -q");
+    make("dataset fine.h5 -o motion.h5 --trajectories 40 --frames 24 --steps-per-frame 1 -q");
     std::map<std::string, double> errors;
     for (const char* network : {"default", "paper"}) {
-        std::vector<std::string> train{"train", "fine.h5", "motion.h5", "-o",       "networks.h5", "--bounds",
-                                       "nbd",   "--depth", "2",         "--epochs", "5",           "-q"};
-        if (network == std::string("paper")) train.insert(train.end(), {"--network", "paper"});
-        make(train);
-        const json rows =
-            json_of({"evaluate", "networks.h5", "motion.h5", "--bounds", "nbd", "--margins", "0"})["rows"];
+        make(std::string("train fine.h5 motion.h5 -o networks.h5 --bounds nbd --depth 2 --epochs 5 -q") +
+             (network == std::string("paper") ? " --network paper" : ""));
+        const json rows = result("evaluate networks.h5 motion.h5 --bounds nbd --margins 0")["rows"];
         ASSERT_EQ(rows.size(), 2U * 3);  // sets, depths
         for (const json& row : rows) {
             EXPECT_GT(row["radius_error"], 0) << row;
@@ -48,14 +35,12 @@ TEST_F(TrainCommand, TheDefaultNetworksAreTighterThanThePapers) {
 TEST_F(TrainCommand, BdSpheresGrowWithTheStrengthOfTheMotion) {
     std::map<double, double> bd, displacement;
     for (const double strength : {0.05, 0.5}) {
-        displacement[strength] = json_of({"dataset", "box.h5", "-o", std::to_string(strength) + ".h5",
-                                          "--trajectories", "12", "--frames", "24", "--steps-per-frame", "1",
-                                          "--strength", std::to_string(strength)})["variety"]["displacement"];
         const std::string data = std::to_string(strength) + ".h5";
-        make({"train", "box.h5", data, "-o", "strong.h5", "--bounds", "nbd", "--depth", "2", "-k", "16",
-              "--epochs", "5", "-q"});
-        const json rows =
-            json_of({"evaluate", "strong.h5", data, "--bounds", "exact,bd", "--margins", "0"})["rows"];
+        displacement[strength] = result("dataset box.h5 -o " + data +
+                                        " --trajectories 12 --frames 24 --steps-per-frame 1 --strength " +
+                                        std::to_string(strength))["variety"]["displacement"];
+        make("train box.h5 " + data + " -o strong.h5 --bounds nbd --depth 2 -k 16 --epochs 5 -q");
+        const json rows = result("evaluate strong.h5 " + data + " --bounds exact,bd --margins 0")["rows"];
         ASSERT_EQ(rows.size(), 2U * 2 * 3);  // sets, bounds, depths
         for (const json& row : rows)
             if (row["bound"] == "bd") {

@@ -24,7 +24,7 @@ class ValidateTest : public SmallFiles {
 };
 
 TEST_F(ValidateTest, ReportsEveryProblemOfEveryScene) {
-    const Ran ran = run(folder(), {"validate", "good.json", "bad.json", "none.json", "twice.json"});
+    const Ran ran = run("validate good.json bad.json none.json twice.json");
     EXPECT_EQ(ran.status, 1);
     EXPECT_EQ(
         ran.out,
@@ -47,7 +47,7 @@ TEST_F(ValidateTest, ReportsEveryProblemOfEveryScene) {
 }
 
 TEST_F(ValidateTest, ReportsInJson) {
-    const Ran ran = run(folder(), {"validate", "good.json", "twice.json", "--json"});
+    const Ran ran = run("validate good.json twice.json --json");
     EXPECT_EQ(ran.status, 1);
     const nlohmann::json scenes = nlohmann::json::parse(ran.out)["scenes"];
     ASSERT_EQ(scenes.size(), 2u);
@@ -55,7 +55,7 @@ TEST_F(ValidateTest, ReportsInJson) {
     EXPECT_TRUE(scenes[0]["problems"].empty());
     EXPECT_EQ(scenes[1]["problems"],
               (std::vector<std::string>{"twice.json: bodies[0].body: this key occurs twice"}));
-    EXPECT_EQ(run(folder(), {"validate", "good.json", "-q"}).status, 0);
+    make("validate good.json -q");
 }
 
 }  // namespace

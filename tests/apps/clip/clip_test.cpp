@@ -66,8 +66,8 @@ TEST(Glb, AssimpFindsTheVerticesOfAllFrames) {
                     const int v = body.F(f, k);
                     ASSERT_LT(found, mesh.mNumVertices);
                     for (int c = 0; c < 3; ++c) {
-                        EXPECT_NEAR(positions[found][static_cast<unsigned>(c)], x(v, c), 1e-6) << frame;
-                        EXPECT_NEAR(normals[found][static_cast<unsigned>(c)], n(v, c), 1e-6) << frame;
+                        EXPECT_NEAR(positions[found][c], x(v, c), 1e-6) << frame;
+                        EXPECT_NEAR(normals[found][c], n(v, c), 1e-6) << frame;
                     }
                 }
         }

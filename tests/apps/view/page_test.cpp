@@ -59,9 +59,9 @@ TEST(Packed, TakesThePredictionThatLeavesTheLeast) {
     std::mt19937 draw(1);
     for (int frame = 0; frame < 50; ++frame)
         for (int i = 0; i < 300; ++i) {
-            falling.push_back(static_cast<std::uint16_t>(1000 + (i * i) % 977 * 50 + (i * i) % 89 * frame));
-            still.push_back(static_cast<std::uint16_t>((i * i * 7919) % 65521));
-            random.push_back(static_cast<std::uint16_t>(draw()));
+            falling.push_back(1000 + (i * i) % 977 * 50 + (i * i) % 89 * frame);
+            still.push_back((i * i * 7919) % 65521);
+            random.push_back(draw());
         }
     EXPECT_EQ(pack(falling, 300, 3).time, 2);
     EXPECT_GE(pack(still, 300, 3).time, 1);

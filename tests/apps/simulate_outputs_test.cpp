@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <stdexcept>
 
 #include "tests/apps/small_files.hpp"
@@ -32,24 +33,22 @@ struct Pixels {
         int count = 0;
         for (int y = tile / 3 * h; y < (tile / 3 + 1) * h; ++y)
             for (int x = tile % 3 * w; x < (tile % 3 + 1) * w; ++x) {
-                const unsigned char* p =
-                    &rgb[3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-                              static_cast<std::size_t>(x))];
+                const unsigned char* p = &rgb[3 * (std::size_t(y) * width + x)];
                 count += is(p[0], p[1], p[2]);
             }
-        return static_cast<double>(count) / (w * h);
+        return double(count) / (w * h);
     }
 };
 
-using PictureTest = SmallFiles;
+using SimulateOutputs = SmallFiles;
 
-TEST_F(PictureTest, ShowsBodiesInDifferentColoursWithFloorAndShadows) {
+TEST_F(SimulateOutputs, PicturesShowBodiesInDifferentColoursWithFloorAndShadows) {
     write("scene.json", R"({
         "bodies": [{"body": "box.h5", "transform": {"translate": [0, 0, 0.1]}},
                    {"body": "box.h5", "transform": {"translate": [0, 0, 0.4]}}],
         "obstacles": [{"plane": {}}],
         "time": {"dt": 0.002, "frames": 11, "steps_per_frame": 1}})");
-    make({"simulate", "scene.json", "-o", "run.h5", "--picture", "run.png", "-q"});
+    make("simulate scene.json -o run.h5 --picture run.png -q");
     const Pixels picture(folder() / "run.png");
     EXPECT_EQ(picture.height, 800);
     for (int tile = 0; tile < 6; ++tile) {
@@ -66,12 +65,12 @@ TEST_F(PictureTest, ShowsBodiesInDifferentColoursWithFloorAndShadows) {
     }
 }
 
-TEST_F(PictureTest, KeepsAnObstacleInViewThatMovesAway) {
+TEST_F(SimulateOutputs, PicturesKeepAnObstacleInViewThatMovesAway) {
     write("away.json", R"({
         "bodies": [{"body": "box.h5"}], "gravity": [0, 0, 0],
         "obstacles": [{"sphere": {"centre": [0.4, 0, 0], "radius": 0.08}, "velocity": [20, 0, 0]}],
         "time": {"dt": 0.002, "frames": 11, "steps_per_frame": 1}})");
-    make({"simulate", "away.json", "-o", "away.h5", "--picture", "away.png", "-q"});
+    make("simulate away.json -o away.h5 --picture away.png -q");
     const Pixels picture(folder() / "away.png");
     for (int tile = 0; tile < 6; ++tile)
         EXPECT_GT(picture.share(tile,
@@ -81,6 +80,25 @@ TEST_F(PictureTest, KeepsAnObstacleInViewThatMovesAway) {
                                 }),
                   0.002)
             << tile;
+}
+
+/// VTK's readers, which ParaView uses, open the frames and find the data of the recording.
+TEST_F(SimulateOutputs, FramesAndSurfacesForVtkAgreeWithTheRecording) {
+    if (std::system("/usr/bin/python3 -c 'import h5py, vtkmodules.vtkIOXML' 2>/dev/null") != 0)
+        GTEST_SKIP() << "/usr/bin/python3 has no vtkmodules (Debian: python3-vtk9) or no h5py";
+    write("scene.json", R"({
+        "bodies": [{"body": "box.h5", "name": "lower", "transform": {"translate": [0, 0, 0.06]}},
+                   {"body": "box.h5", "name": "upper", "transform": {"translate": [0, 0.02, 0.18]},
+                    "velocity": [0, 0, -2]}],
+        "obstacles": [{"plane": {}}],
+        "time": {"dt": 0.002, "frames": 20, "steps_per_frame": 1}})");
+    make("simulate scene.json -o run.h5 --vtu frames --obj surfaces -q");
+    EXPECT_EQ(listing(folder() / "frames").size(), 22u);
+    EXPECT_EQ(listing(folder() / "surfaces").size(), 42u);
+    const std::string read = "cd '" + folder().string() +
+                             "' && /usr/bin/python3 " NBD_READ_WITH_VTK
+                             " run.h5 box.h5 frames surfaces 21 0.002";
+    EXPECT_EQ(std::system(read.c_str()), 0);
 }
 
 }  // namespace
