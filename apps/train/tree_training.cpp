@@ -155,8 +155,7 @@ std::string describe(BoundKind kind, const Calibration& calibration, const Bound
     for (int depth = 0; depth < levels.count(); ++depth) {
         const auto begin = calibration.margins.begin() + levels.begins[depth],
                    end = calibration.margins.begin() + levels.begins[depth + 1];
-        text +=
-            fmt::format(" {:.2f}", 100 * std::accumulate(begin, end, 0.) / double(end - begin));
+        text += fmt::format(" {:.2f}", 100 * std::accumulate(begin, end, 0.) / double(end - begin));
     }
     return text +
            (kind == BoundKind::learned_affine ? " % of a spread, then of residuals" : " % of the radius");

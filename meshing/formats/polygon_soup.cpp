@@ -1,5 +1,3 @@
-#include "meshing/formats/surface_formats.hpp"
-
 #include <CGAL/Constrained_Delaunay_triangulation_2.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Triangulation_face_base_with_info_2.h>
@@ -16,6 +14,8 @@
 #include <stdexcept>
 #include <utility>
 #include <vector>
+
+#include "meshing/formats/surface_formats.hpp"
 
 namespace nbd {
 namespace {

@@ -1,5 +1,3 @@
-#include "meshing/formats/surface_formats.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "meshing/formats/surface_formats.hpp"
 #include "meshing/formats/words.hpp"
 
 namespace nbd {

@@ -1,5 +1,3 @@
-#include "meshing/formats/surface_formats.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,6 +12,7 @@
 #include <string>
 #include <string_view>
 
+#include "meshing/formats/surface_formats.hpp"
 #include "meshing/formats/words.hpp"
 
 namespace nbd {

@@ -14,9 +14,9 @@
 #include "sim/contact/contact_detection.hpp"
 #include "sim/contact/contact_sides.hpp"
 #include "sim/contact/contact_solver.hpp"
-#include "sim/fem/body_state.hpp"
 #include "sim/fem/step_report.hpp"
 #include "sim/fem/step_system.hpp"
+#include "sim/fem/time_step.hpp"
 #include "sim/world/grip.hpp"
 
 namespace nbd {

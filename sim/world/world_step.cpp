@@ -114,8 +114,7 @@ World::PartStart World::part_start() const {
 
 void World::take_back(const PartStart& start) {
     reset(start.snapshot);
-    for (int b = 0; b < body_count(); ++b)
-        at(b).contact_forces = start.contact_forces[b];
+    for (int b = 0; b < body_count(); ++b) at(b).contact_forces = start.contact_forces[b];
 }
 
 /// Detects the contacts of a step of dt from the current state, unless they are known.

@@ -1,5 +1,3 @@
-#include "meshing/formats/surface_formats.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cstdint>
@@ -7,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "meshing/formats/read_surface.hpp"
+#include "meshing/formats/surface_formats.hpp"
 #include "tests/meshing/shapes.hpp"
 #include "tests/meshing/surface_files.hpp"
 #include "tests/support/error_of.hpp"

@@ -1,5 +1,3 @@
-#include "meshing/formats/surface_formats.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,9 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "meshing/formats/face_count.hpp"
-#include "meshing/formats/read_stl.hpp"
 #include "meshing/formats/read_surface.hpp"
+#include "meshing/formats/surface_formats.hpp"
 #include "tests/meshing/shapes.hpp"
 #include "tests/meshing/surface_files.hpp"
 #include "tests/support/error_of.hpp"

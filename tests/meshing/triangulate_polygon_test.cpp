@@ -1,5 +1,3 @@
-#include "meshing/formats/surface_formats.hpp"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -8,6 +6,8 @@
 #include <map>
 #include <numbers>
 #include <numeric>
+
+#include "meshing/formats/surface_formats.hpp"
 
 namespace nbd {
 namespace {

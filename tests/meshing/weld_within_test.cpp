@@ -1,15 +1,12 @@
-#include "meshing/surface/weld.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
 #include "meshing/surface/check_surface.hpp"
+#include "meshing/surface/mesh.hpp"
 #include "meshing/surface/solid_boundary.hpp"
-#include "meshing/surface/turn_outward.hpp"
-#include "meshing/surface/vertex_gap.hpp"
-#include "meshing/surface/winding.hpp"
+#include "meshing/surface/weld.hpp"
 #include "tests/meshing/shapes.hpp"
 #include "tests/support/error_of.hpp"
 

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "collision/nbd_tree/nbd_model.hpp"
+#include "collision/nbd_tree/nbd_bound.hpp"
 #include "collision/tree/collision_tree.hpp"
 #include "training/files/frame_source.hpp"
 #include "training/networks/mlp.hpp"

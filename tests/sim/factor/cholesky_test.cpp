@@ -10,10 +10,8 @@
 #include <numeric>
 
 #include "sim/factor/blas.hpp"
-#include "sim/factor/float_blocks.hpp"
-#include "sim/factor/scaled_blocks.hpp"
+#include "sim/factor/lane_blocks.hpp"
 #include "sim/factor/sweep_matrix.hpp"
-#include "sim/factor/sweep_order.hpp"
 #include "sim/fem/elastic_body.hpp"
 #include "tests/support/box_mesh.hpp"
 #include "tests/support/error_of.hpp"

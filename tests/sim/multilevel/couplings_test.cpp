@@ -6,10 +6,9 @@
 #include <utility>
 #include <vector>
 
+#include "sim/multilevel/aggregates.hpp"
 #include "sim/multilevel/block_sparse.hpp"
 #include "sim/multilevel/coupling_sum.hpp"
-#include "sim/multilevel/rigid_modes.hpp"
-#include "sim/multilevel/transfer_matrix.hpp"
 #include "tests/support/box_mesh.hpp"
 #include "tests/support/on_threads.hpp"
 

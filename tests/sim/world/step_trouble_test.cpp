@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "sim/world/driven_nodes.hpp"
+#include "sim/world/grip.hpp"
 #include "sim/world/world.hpp"
 #include "tests/sim/world/box_model.hpp"
 #include "tests/support/error_of.hpp"
