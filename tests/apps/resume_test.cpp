@@ -49,6 +49,7 @@ class ResumeTest : public SmallFiles {
     /// The run of a scene to `where`/run.h5, in a folder that is there then.
     static std::string command(const std::string& where, const std::string& more,
                                const std::string& scene = "scene.json") {
+        fs::create_directories(folder() / where);
         return "simulate " + scene + " -o " + where + "/run.h5 -q --audit 3 " + more;
     }
 

@@ -185,7 +185,7 @@ TEST(ElementStudy, RefusesBodiesThatItCannotSplitOrHold) {
     body.tets.X.conservativeResize(2 * whole.X.rows(), 3);
     body.tets.X.bottomRows(whole.X.rows()) = whole.X.rowwise() + Eigen::RowVector3d(2, 0, 0);
     body.tets.T.conservativeResize(2 * whole.T.rows(), 4);
-    body.tets.T.bottomRows(whole.T.rows()) = whole.T.array() + static_cast<int>(whole.X.rows());
+    body.tets.T.bottomRows(whole.T.rows()) = whole.T.array() + int(whole.X.rows());
     EXPECT_TRUE(test::error_of([&] {
                     study_elements(body, {}, out);
                 }).starts_with("cantilever: no equilibrium of 56 nodes: "));

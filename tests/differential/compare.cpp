@@ -51,7 +51,7 @@ bool agree(double distance, double square) { return std::abs(distance - std::sqr
 Comparison compare_triangles(std::uint64_t seed, long cases) {
     Comparison comparison;
     for (; comparison.cases < cases; ++comparison.cases) {
-        CounterRandom random(seed, static_cast<std::uint64_t>(comparison.cases));
+        CounterRandom random(seed, comparison.cases);
         const int width = 1 + random.index(8);
         const GridTriangle s = grid_triangle(random, width), t = grid_triangle(random, width);
         const bool expected = grid_triangles_intersect(s, t);
@@ -68,7 +68,7 @@ Comparison compare_triangles(std::uint64_t seed, long cases) {
 Comparison compare_distances(std::uint64_t seed, long cases) {
     Comparison comparison;
     for (; comparison.cases < cases; ++comparison.cases) {
-        CounterRandom random(seed, static_cast<std::uint64_t>(comparison.cases));
+        CounterRandom random(seed, comparison.cases);
         const int width = 1 + random.index(8);
         const GridTriangle s = grid_triangle(random, width), t = grid_triangle(random, width);
         const double square = grid_triangle_triangle(s, t);

@@ -33,7 +33,7 @@ void draw(CounterRandom& random, int width, int shift, Vertices& x) {
 }
 
 Soup make_soup(std::uint64_t seed, int number) {
-    CounterRandom random(seed, static_cast<std::uint64_t>(number));
+    CounterRandom random(seed, number);
     Soup soup;
     const int vertices = 6 + random.index(40), faces = 8 + random.index(33);
     soup.x.resize(vertices, 3);
