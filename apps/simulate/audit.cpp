@@ -61,10 +61,10 @@ AuditCount Audit::check(World& world) {
     for (std::size_t a = 0; a < bodies; ++a)
         for (std::size_t b = a + 1; b < bodies; ++b) {
             const auto crossing = exact_.intersecting(a, b);
-            count.intersecting += static_cast<long>(crossing.size());
+            count.intersecting += crossing.size();
             count.intersecting_missed += missing_pairs(crossing, scene_.intersecting(a, b));
             const auto near = exact_.within(a, b, distance);
-            count.near += static_cast<long>(near.size());
+            count.near += near.size();
             count.near_missed += missing_pairs(near, scene_.within(a, b, distance));
         }
     count.tests = scene_.tests;

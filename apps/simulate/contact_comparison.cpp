@@ -49,7 +49,7 @@ void ContactComparison::compare(const World& world, const WorldReport& report) {
             row.force_difference = (other - force).norm();
         }
     }
-    row.mean /= static_cast<double>(nodes);
+    row.mean /= nodes;
     rows_.push_back(row);
 }
 

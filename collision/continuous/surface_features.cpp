@@ -90,7 +90,7 @@ std::vector<FeaturePair> neighbour_features(FacesRef F, const SurfaceFeatures& f
                 pairs.push_back({FeatureKind::vertex_face, surface, surface, v, face});
         });
     }
-    for (int e = 0; e < static_cast<int>(features.edges.rows()); ++e)
+    for (int e = 0; e < features.edges.rows(); ++e)
         for_each_neighbour(F, features, features.owner_of_edge(e), [&](int face) {
             for (int k = 0; k < 3; ++k) {
                 const int f = features.face_edges(face, k);

@@ -151,7 +151,7 @@ void Skinning::pose(std::span<const BoneTransform> bones, Vertices& nodes) const
             message(bones.size(), " bone transforms; allowed: one for each of the ", bone_count(), " bones"));
     nodes.resize(rest_nodes_.rows(), 3);
     for (Eigen::Index i = 0; i < nodes.rows(); ++i) {
-        const int bone = bones_[static_cast<std::size_t>(i / 4)];
+        const int bone = bones_[i / 4];
         const BoneTransform& M = bones[bone];
         nodes.row(i) = rest_nodes_.row(i) * M.leftCols<3>().transpose() + M.col(3).transpose();
     }

@@ -25,7 +25,7 @@ void NbdWalk::find_leaves(PosedNbdTree& a, PosedNbdTree& b, float distance, cons
     const auto walk = [&](const auto& sphere_a, const auto& sphere_b) {
         for (level_.assign(1, {0, 0}); !level_.empty(); std::swap(level_, next_)) {
             next_.clear();
-            counters_.node_tests += static_cast<long>(level_.size());
+            counters_.node_tests += level_.size();
             count_held(level_);
             for (const NodePair& pair : level_) {
                 const SphereTree::Node &node_a = a.tree().nodes[pair.a], &node_b = b.tree().nodes[pair.b];

@@ -120,7 +120,7 @@ void PosedWideTree::begin() noexcept {
 }
 
 void PosedWideTree::set_cluster_box(int cluster, const Box& box) noexcept {
-    cluster_boxes_[static_cast<std::size_t>(cluster / tree_width)].set(cluster % tree_width, box);
+    cluster_boxes_[cluster / tree_width].set(cluster % tree_width, box);
     whole_ = joined(whole_, box);
 }
 

@@ -140,7 +140,7 @@ void fit_wide_boxes(const WideTree& tree, VerticesRef x, WideBoxes& boxes) {
             const Eigen::Array4f p(x(v, 0), x(v, 1), x(v, 2), 0);
             box = joined(box, {p, p});
         }
-        Box& block = boxes.blocks[static_cast<std::size_t>(leaf / tree_width)];
+        Box& block = boxes.blocks[leaf / tree_width];
         block = joined(block, box);
     }
     for (std::size_t block = 0; block < boxes.blocks.size(); ++block) {

@@ -167,7 +167,7 @@ void Barrier::find_near_smooth() {
         const Eigen::Vector3d moved = wall.end - wall.begin;
         for (int b = 0; b < std::ssize(bodies_); ++b) {
             const MovingSurface& surface = surfaces_[b];
-            for (int v = 0; v < static_cast<int>(surface.rest().rows()); ++v) {
+            for (int v = 0; v < surface.rest().rows(); ++v) {
                 const NearSmooth near{b, v, static_cast<int>(w)};
                 const Eigen::Vector3d motion =
                     (surface.end().row(v) - surface.begin().row(v)).transpose() - moved;

@@ -61,7 +61,7 @@ void IntersectionSearch::begin(const std::vector<MovingSurface>& surfaces) {
         const MovingSurface& surface = surfaces[s];
         if (surface.is_obstacle()) continue;
         const SurfaceTopology& topology = surface.topology();
-        for (int a = 0; a < static_cast<int>(surface.F().rows()); ++a)
+        for (int a = 0; a < surface.F().rows(); ++a)
             for (int k = 0; k < 3; ++k) {
                 const std::size_t v = surface.F()(a, k);
                 for (int i = topology.vertex_begin[v]; i < topology.vertex_begin[v + 1]; ++i)

@@ -16,7 +16,7 @@ using ContactKey = std::array<int, 8>;
 /// Empty for a point inside a face.
 std::optional<PointKey> key_of(const SurfacePoint& point) {
     PointKey key{0, point.body, -1, -1};
-    for (std::size_t k = 0; k < static_cast<std::size_t>(point.count); ++k) {
+    for (int k = 0; k < point.count; ++k) {
         if (point.weights[k] == 0) continue;
         if (key[0] == 2) return std::nullopt;
         key[2 + key[0]++] = point.vertices[k];

@@ -12,7 +12,7 @@ namespace {
 int heaviest_node(const SurfacePoint& point, const ContactSurface& surface) {
     int node = -1;
     double most = -std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < static_cast<std::size_t>(point.count); ++k)
+    for (int k = 0; k < point.count; ++k)
         for (Embedding::InnerIterator entry(surface.W(), point.vertices[k]); entry; ++entry) {
             const double weight = point.weights[k] * entry.value();
             if (weight > most) {
@@ -25,8 +25,7 @@ int heaviest_node(const SurfacePoint& point, const ContactSurface& surface) {
 
 Eigen::Vector3d place_of(const SurfacePoint& point, const ContactSurface& surface) {
     Eigen::Vector3d place = Eigen::Vector3d::Zero();
-    for (std::size_t k = 0; k < static_cast<std::size_t>(point.count); ++k)
-        place += point.weights[k] * surface.x(point.vertices[k]);
+    for (int k = 0; k < point.count; ++k) place += point.weights[k] * surface.x(point.vertices[k]);
     return place;
 }
 

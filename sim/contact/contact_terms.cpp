@@ -21,7 +21,7 @@ void ContactTerms::add_point(const SurfacePoint& point, double sign,
                              std::span<const ContactSurface* const> surfaces,
                              std::span<const int> first_unknown) {
     const std::ptrdiff_t begin = begin_.back();
-    for (std::size_t k = 0; k < static_cast<std::size_t>(point.count); ++k) {
+    for (int k = 0; k < point.count; ++k) {
         const std::size_t body = point.body;
         for (Embedding::InnerIterator entry(surfaces[body]->W(), point.vertices[k]); entry; ++entry) {
             const double weight = sign * point.weights[k] * entry.value();

@@ -14,7 +14,7 @@ namespace nbd {
 
 double rate_above(std::span<const float> scores, float level) noexcept {
     const auto above = std::ranges::count_if(scores, [level](float score) { return score > level; });
-    return static_cast<double>(above) / static_cast<double>(scores.size());
+    return static_cast<double>(above) / scores.size();
 }
 
 float level_at_rate(std::vector<float> scores, double rate) {
@@ -70,7 +70,7 @@ float mean_level(const TrajectoryScores& scores, double rate) {
         for (const std::vector<float>& trajectory : sorted) {
             const auto above =
                 std::ranges::lower_bound(trajectory, level, std::greater()) - trajectory.begin();
-            const double share = static_cast<double>(above) / static_cast<double>(trajectory.size());
+            const double share = static_cast<double>(above) / trajectory.size();
             sum += share;
             worst = std::max(worst, share);
         }

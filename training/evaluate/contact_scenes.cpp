@@ -91,14 +91,14 @@ struct Candidate {
         const long lost = missing_pairs(truth, query.intersecting(a, b));
         row.scenes += 1;
         row.scenes_missing += lost > 0;
-        row.face_pairs += static_cast<long>(truth.size());
+        row.face_pairs += truth.size();
         row.missed += lost;
         missed.push_back(static_cast<double>(lost));
         const QueryCounters& count = query.counters();
-        row.nodes_bounded += static_cast<double>(count.nodes_bounded);
-        row.leaf_pairs += static_cast<double>(count.leaf_pairs);
-        row.exact_leaf_pairs += static_cast<double>(exact_leaf_pairs);
-        row.out_of_range += static_cast<double>(count.nodes_out_of_range);
+        row.nodes_bounded += count.nodes_bounded;
+        row.leaf_pairs += count.leaf_pairs;
+        row.exact_leaf_pairs += exact_leaf_pairs;
+        row.out_of_range += count.nodes_out_of_range;
     }
 };
 
@@ -168,7 +168,7 @@ std::string to_text(const std::vector<ContactScenesRow>& rows) {
         "exact  "
         "nodes bounded  out of range\n";
     for (const ContactScenesRow& r : rows) {
-        const double missed = static_cast<double>(r.missed) / static_cast<double>(r.face_pairs);
+        const double missed = static_cast<double>(r.missed) / r.face_pairs;
         text += fmt::format(
             "  {:<9}  {:6}  {:9}  {:10}  {:6}  {:8.4f}  [{:.4f}, {:.4f}]  {:10.1f}, {:.1f}  {:13.1f}  "
             "{:12.2f}\n",

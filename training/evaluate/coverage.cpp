@@ -37,12 +37,12 @@ void add_pose(BoundNodes& bounds, VerticesRef x, std::span<const Sphere> exact,
             bound.inflation += nodes[end].inflation;
         }
         bound.missing = bound.outside > 0;
-        bound.inflation /= static_cast<double>(end - begin);
+        bound.inflation /= end - begin;
         depths[nodes[begin].level] += bound;
     }
 }
 
-double share(long part, long all) { return static_cast<double>(part) / static_cast<double>(all); }
+double share(long part, long all) { return static_cast<double>(part) / all; }
 
 }  // namespace
 

@@ -66,7 +66,7 @@ struct RecordingWriter::Impl {
         std::vector<std::int32_t> rows;
         for (const auto& [face, partner, other] : edges) rows.insert(rows.end(), {face, partner, other});
         if (!rows.empty()) file.append<std::int32_t>(t.edges, rows);
-        t.edge_count += static_cast<std::int64_t>(edges.size());
+        t.edge_count += edges.size();
         file.append<std::int64_t>(t.offsets, std::span(&t.edge_count, 1));
     }
 

@@ -135,7 +135,7 @@ std::vector<FrameId> spread(std::span<const FrameId> frames, int count) {
     const long all = frames.size();
     if (all <= count) return {frames.begin(), frames.end()};
     std::vector<FrameId> chosen;
-    for (long i = 0; i < count; ++i) chosen.push_back(frames[static_cast<std::size_t>(i * all / count)]);
+    for (long i = 0; i < count; ++i) chosen.push_back(frames[i * all / count]);
     return chosen;
 }
 

@@ -170,7 +170,7 @@ namespace {
 
 CostRatios ratios(const ElementRow& linear, const ElementRow& quadratic) {
     return {.unknowns = static_cast<double>(linear.unknowns) / quadratic.unknowns,
-            .nonzeros = static_cast<double>(linear.nonzeros) / static_cast<double>(quadratic.nonzeros),
+            .nonzeros = static_cast<double>(linear.nonzeros) / quadratic.nonzeros,
             .milliseconds = linear.total() / quadratic.total()};
 }
 

@@ -148,7 +148,7 @@ RandomImpacts check_random_impacts(long count, int samples, std::uint64_t seed,
             break;
         }
     }
-    if (result.collisions > 0) result.early /= static_cast<double>(result.collisions);
+    if (result.collisions > 0) result.early /= result.collisions;
     return result;
 }
 

@@ -80,7 +80,7 @@ class Racer {
                .scenes = static_cast<int>(course.stages.size()),
                .stated_miss_rate = stated_miss_rate(body, entry)} {
         for (const Stage& stage : course.stages)
-            row_.pairs += static_cast<double>(stage.truth.size()) / static_cast<double>(course.stages.size());
+            row_.pairs += static_cast<double>(stage.truth.size()) / course.stages.size();
         course.enter(0);
         const std::size_t heap = heap_bytes();
         try {

@@ -105,9 +105,9 @@ void add_step(ContactRun& run, World& world, const WorldReport& report, double m
     run.inverted = std::max(run.inverted, report.inverted_elements);
     run.linearisations += report.newton_iterations;
     run.contacts += report.contacts;
-    run.face_pairs += static_cast<double>(report.face_pairs);
-    run.patches += static_cast<double>(report.patches);
-    run.patches_proved += static_cast<double>(report.patches_proved);
+    run.face_pairs += report.face_pairs;
+    run.patches += report.patches;
+    run.patches_proved += report.patches_proved;
     run.proof_ms += report.proof_us / 1e3;
     run.ms += ms;
     run.search_ms += (report.update_us + report.collision_us) / 1e3;
