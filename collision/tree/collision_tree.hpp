@@ -72,12 +72,9 @@ bool is_usable(const CollisionTree& tree, BoundKind kind, std::optional<float> m
 
 /// What `auto` bounds are: the fastest of these in the races of apps/docs/speed.md, and exact where learned
 /// ones win little.
-///
-/// | the pose is given by          | and the tree                                            | bounds | |
-/// ----------------------------- | ------------------------------------------------------- | ----------------
-/// | | nodes that carry the surface  | hangs on them                                           | `affine` |
-/// | positions                     | has 100,000 faces, and `learned_affine` that are usable |
-/// `learned_affine` | | positions                     | has fewer or no such bounds | `boxes`          |
+/// - `affine` if the pose is given by the nodes that carry the surface and the tree hangs on them.
+/// - Else `learned_affine` if the tree has 100,000 faces or more, and such bounds that are usable.
+/// - Else `boxes`.
 BoundKind bounds_of_auto(const CollisionTree& tree, bool by_nodes, std::optional<float> margin) noexcept;
 
 /// For `auto`, exact bounds in its place, where nothing may be missed: `affine` if the tree has a model for
