@@ -17,7 +17,7 @@ void NbdWalk::count_held(const std::vector<NodePair>& pairs) noexcept {
 }
 
 template <class Taken>
-void NbdWalk::find_leaves(PosedNbdTree& a, PosedNbdTree& b, float distance, const Taken&) {
+void NbdWalk::find_leaves(PosedNbdTree& a, PosedNbdTree& b, float distance) {
     counters_ = {};
     distance_ = distance;
     leaf_pairs_.clear();
@@ -67,14 +67,13 @@ void NbdWalk::find_leaves(PosedNbdTree& a, PosedNbdTree& b, float distance, cons
 template <class Near, class Taken>
 void NbdWalk::walk_boxes(LeafBoxes& a, int root_a, LeafBoxes& b, int root_b, const Near& near,
                          const Taken& taken, std::vector<FacePair>& pairs) {
-    std::vector<NodePair>& stack = level_;
     a.open(root_a);
     b.open(root_b);
-    stack.assign(1, {root_a, root_b});
-    while (!stack.empty()) {
-        count_held(stack);
-        const NodePair pair = stack.back();
-        stack.pop_back();
+    stack_.assign(1, {root_a, root_b});
+    while (!stack_.empty()) {
+        count_held(stack_);
+        const NodePair pair = stack_.back();
+        stack_.pop_back();
         const LeafBoxes::Node &node_a = a.node(pair.a), &node_b = b.node(pair.b);
         const LeafBoxes::Opened& boxes_a = a.open(pair.a);
         const unsigned near_b = near_boxes(boxes_a, b.whole(pair.b), near);
@@ -90,7 +89,7 @@ void NbdWalk::walk_boxes(LeafBoxes& a, int root_a, LeafBoxes& b, int root_b, con
             any |= mask;
             if (mask == 0 || (node_a.has_faces() && !node_b.has_faces())) return;
             if (node_b.has_faces() && !node_a.has_faces())
-                stack.push_back({node_a.first_child + i, pair.b});
+                stack_.push_back({node_a.first_child + i, pair.b});
             else if (node_b.has_faces())
                 for_each_bit(mask, [&](int j) {
                     if (taken.children(pair.a, pair.b, i, j) &&
@@ -100,13 +99,13 @@ void NbdWalk::walk_boxes(LeafBoxes& a, int root_a, LeafBoxes& b, int root_b, con
             else
                 for_each_bit(mask, [&](int j) {
                     if (!taken.children(pair.a, pair.b, i, j)) return;
-                    stack.push_back({node_a.first_child + i, node_b.first_child + j});
-                    a.prefetch_node(stack.back().a);
-                    b.prefetch_node(stack.back().b);
+                    stack_.push_back({node_a.first_child + i, node_b.first_child + j});
+                    a.prefetch_node(stack_.back().a);
+                    b.prefetch_node(stack_.back().b);
                 });
         });
         if (node_a.has_faces() && !node_b.has_faces())
-            for_each_bit(any, [&](int j) { stack.push_back({pair.a, node_b.first_child + j}); });
+            for_each_bit(any, [&](int j) { stack_.push_back({pair.a, node_b.first_child + j}); });
     }
 }
 
@@ -133,19 +132,19 @@ void NbdWalk::find_faces(LeafBoxes& a, LeafBoxes& b, const Near& near, const Tak
 }
 
 std::span<const LeafPair> NbdWalk::near_leaves(PosedNbdTree& a, PosedNbdTree& b, float distance) {
-    find_leaves(a, b, distance, TwoBodies{});
+    find_leaves<TwoBodies>(a, b, distance);
     return leaf_pairs_;
 }
 
 void NbdWalk::near_faces(PosedNbdTree& a, PosedNbdTree& b, float distance, std::vector<FacePair>& pairs) {
-    find_leaves(a, b, distance, TwoBodies{});
+    find_leaves<TwoBodies>(a, b, distance);
     constexpr std::size_t all = std::numeric_limits<std::size_t>::max();
     with_test(distance,
               [&](const auto& near) { find_faces(a.leaves(), b.leaves(), near, TwoBodies{}, all, pairs); });
 }
 
 void NbdWalk::begin_one_body(PosedNbdTree& body, float distance) {
-    find_leaves(body, body, distance, OneBody(body.leaves(), {}));
+    find_leaves<OneBody<LeafBoxes>>(body, body, distance);
 }
 
 bool NbdWalk::next_near_faces(PosedNbdTree& body, const LeftOut& left_out, std::size_t enough,

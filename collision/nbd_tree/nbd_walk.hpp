@@ -36,12 +36,13 @@ class NbdWalk {
 
     /// Makes room for walks that hold up to `pairs` pairs at a time.
     void reserve(std::size_t pairs) {
-        for (auto* held : {&leaf_pairs_, &level_, &next_}) held->reserve(pairs);
+        for (auto* held : {&leaf_pairs_, &level_, &next_, &stack_}) held->reserve(pairs);
     }
 
  private:
+    /// Taken: TwoBodies or OneBody.
     template <class Taken>
-    void find_leaves(PosedNbdTree& a, PosedNbdTree& b, float distance, const Taken& taken);
+    void find_leaves(PosedNbdTree& a, PosedNbdTree& b, float distance);
     template <class Near, class Taken>
     void find_faces(LeafBoxes& a, LeafBoxes& b, const Near& near, const Taken& taken, std::size_t enough,
                     std::vector<FacePair>& pairs);
@@ -52,7 +53,8 @@ class NbdWalk {
     void count_held(const std::vector<NodePair>& pairs) noexcept;
 
     float distance_ = 0;
-    std::vector<NodePair> level_, next_;  // pairs of nodes of a level, later those of boxes
+    std::vector<NodePair> level_, next_;  // pairs of nodes of a level
+    std::vector<NodePair> stack_;         // pairs of nodes of boxes
     std::vector<LeafPair> leaf_pairs_;
     std::size_t next_leaves_ = 0;  // the first pair of leaves whose faces were not looked at
     QueryCounters counters_;

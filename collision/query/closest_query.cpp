@@ -218,12 +218,15 @@ std::optional<ClosestFaces> ClosestQuery::closest(PosedTree& a, PosedTree& b, do
     most_ = most;
     closest_.reset();
     if (!a.has_pose() || !b.has_pose()) return std::nullopt;
+    const auto search_on = [this](auto& s, auto& t) {
+        search(s, t);
+        s.require_finite();
+        t.require_finite();
+    };
     if (a.nbd_tree() && b.nbd_tree())
-        search(*a.nbd_tree(), *b.nbd_tree());
+        search_on(*a.nbd_tree(), *b.nbd_tree());
     else
-        search(a.wide_tree(), b.wide_tree());
-    a.require_finite();
-    b.require_finite();
+        search_on(a.wide_tree(), b.wide_tree());
     if (!closest_) return std::nullopt;
     return ClosestFaces{*closest_, closest_triangle_triangle(triangles_[0], triangles_[1])};
 }

@@ -59,6 +59,7 @@ void SelfQuery::find_on_tree(Tree& tree, By& by, float distance, const LeftOut& 
     counters_.most_pairs = std::max(counters_.most_pairs, of_batches.most_pairs);
     counters_.nodes_bounded = tree.bounded() - bounded_before;
     counters_.nodes_out_of_range = tree.out_of_range() - out_of_range_before;
+    tree.require_finite();
 }
 
 template <class Narrow>
@@ -83,7 +84,6 @@ std::span<const FacePair> SelfQuery::find_face_pairs(PosedTree& body, float dist
                      {.pairs = left_out_.get(), .proved = has_proof ? &proved : nullptr, .reach = reach},
                      narrow);
     }
-    body.require_finite();
     counters_.face_pairs = pairs_.size();
     counters_.most_pairs = std::max(counters_.most_pairs, counters_.face_pairs);
     return pairs_;

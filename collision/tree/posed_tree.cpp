@@ -119,9 +119,8 @@ void PosedTree::begin_step(VertexView start, VertexView end) {
         check_rows("start", start);
         check_rows("end", end);
         if (of_nodes_) of_nodes_->forget_pose();
+        if (spheres_) spheres_->forget_pose();
         surface_boxes().begin_step(start, end);
-        of_surface_->require_finite();
-        if (spheres_) spheres_->begin_pose(Positions(end));
     });
 }
 
@@ -179,28 +178,36 @@ PosedWideTree& PosedTree::wide_tree() {
     return is_moved_by_positions() ? *of_surface_ : *of_nodes_;
 }
 
+void PosedTree::begin_spheres_of_step() noexcept {
+    if (of_surface_ && of_surface_->in_step() && !spheres_->has_pose())
+        spheres_->begin_pose(Positions(of_surface_->nodes()));
+}
+
 const Sphere& PosedTree::sphere(int node) {
     if (!spheres_)
         throw std::invalid_argument(
             message("spheres of nodes of a body with ", name(kind_),
                     " bounds, which are boxes of a wide tree; allowed: exact, bd, nbd"));
+    begin_spheres_of_step();
     return spheres_->sphere(node);
 }
 
 std::optional<float> PosedTree::ood_score(int node) {
-    return spheres_ && spheres_->has_pose() ? spheres_->ood_score(node) : std::nullopt;
+    if (!spheres_) return std::nullopt;
+    begin_spheres_of_step();
+    return spheres_->has_pose() ? spheres_->ood_score(node) : std::nullopt;
 }
 
 Box PosedTree::whole() {
     if (!has_pose()) return empty_box();
     PosedNbdTree* spheres = nbd_tree();
     if (!spheres) {
-        const Box whole = wide_tree().whole();
-        require_finite();
-        return whole;
+        const PosedWideTree& boxes = wide_tree();
+        boxes.require_finite();
+        return boxes.whole();
     }
     const Sphere& root = spheres->sphere(0);
-    require_finite();
+    spheres->require_finite();
     const Eigen::Array3f lo = root.c.array() - root.r, hi = root.c.array() + root.r;
     return {{lo[0], lo[1], lo[2], 0}, {hi[0], hi[1], hi[2], 0}};
 }
@@ -216,8 +223,9 @@ int PosedTree::nodes_out_of_range() const noexcept {
 }
 
 BoundKind PosedTree::chosen() const noexcept {
-    if (kind_ != BoundKind::automatic) return kind_;
-    return bounds_of_auto(*tree_, !is_moved_by_positions(), margin_);
+    const bool by_positions = is_moved_by_positions();
+    if (by_positions && (kind_ == BoundKind::affine || of_surface_->in_step())) return BoundKind::boxes;
+    return kind_ == BoundKind::automatic ? bounds_of_auto(*tree_, !by_positions, margin_) : kind_;
 }
 
 const WideTree* PosedTree::box_tree() const noexcept {
@@ -231,7 +239,8 @@ void PosedTree::require_finite() const {
 }
 
 PosedTree::WideRoom PosedTree::wide_room() const noexcept {
-    WideRoom room;
+    const int clusters = tree_->boxes ? tree_->boxes->tree().clusters() : most_clusters(tree_->faces.rows());
+    WideRoom room{(clusters + tree_width - 1) / tree_width, 0};
     for (const auto* wide : {&of_nodes_, &of_surface_})
         if (*wide)
             room = {std::max(room.packs, (*wide)->cluster_packs()),

@@ -28,16 +28,17 @@ class PosedTree {
     PosedTree(std::shared_ptr<const CollisionTree> tree, BoundKind kind, std::optional<float> margin = {});
 
     /// Starts a pose. x: [vertex_count, 3], world space, metres, finite; not copied, so the array must stay
-    /// valid until the next call. `exact` and `boxes`
-    /// read every vertex here, `bd` and `nbd` read only their representatives, `learned_affine` nothing.
-    /// Queries later read the samples of learned nodes, and all vertices of nodes that are out of range.
-    /// In such a pose `affine` bodies have `boxes`.
+    /// valid until the next call. `exact` and `boxes` read every vertex here, `bd` and `nbd` only their
+    /// representatives, `learned_affine` the samples of its clusters. Queries later read the samples of other
+    /// learned nodes, and all vertices of nodes that are out of range. In such a pose `affine` bodies have
+    /// `boxes`.
     ///
     /// This and the functions below that start a pose throw std::invalid_argument if the numbers of rows do
-    /// not fit the tree, or a number that they read is not finite. What they do not read, the
-    /// queries check when they read it; they throw likewise, and leave alone what has no part in their
-    /// answer. All of them throw std::bad_alloc if memory runs out. After an error the body has no pose, as
-    /// before the first one, and may be given another.
+    /// not fit the tree, or a number that they read is not finite; representatives are checked with the first
+    /// sphere that a query makes from them. What they do not read, the queries check when they read it; they
+    /// throw likewise, and leave alone what has no part in their answer. All of them throw std::bad_alloc if
+    /// memory runs out. After an error the body has no pose, as before the first one, and may be given
+    /// another.
     void begin_pose(VertexView x);
 
     /// Starts a pose with positions that are computed on demand: few of them for `bd` and `nbd`, all for the
@@ -90,7 +91,8 @@ class PosedTree {
 
     const CollisionTree& tree() const noexcept { return *tree_; }
     BoundKind kind() const noexcept { return kind_; }
-    /// The bounds in this pose: kind(), or what `auto` chose.
+    /// The bounds in this pose or step: kind(), or what `auto` chose; `boxes` in a step of positions, and of
+    /// `affine` bodies in their pose.
     BoundKind chosen() const noexcept;
     /// The wide tree in this pose, for bounds that have one, except `auto`; null for others. Before the first
     /// pose, as in the poses that the bounds are for.
@@ -101,9 +103,6 @@ class PosedTree {
     /// The wide tree in this pose or step. A body with an NBD-Tree makes one, and reads all positions, when
     /// it is first asked for.
     PosedWideTree& wide_tree();
-    /// Throws std::invalid_argument, naming the first vertex or node, if a number that was read in this pose
-    /// so far is not finite. Queries call it before they answer.
-    void require_finite() const;
 
     /// Room that walks of its wide trees may need: packs of clusters, and leaves.
     struct WideRoom {
@@ -120,6 +119,9 @@ class PosedTree {
     void forget_pose() noexcept;
     void check_rows(const char* what, const VertexView& x) const;
     void check_nodes(const char* what, const VertexView& x) const;
+    void require_finite() const;
+    /// In a step, begins the pose of the spheres at its end, unless it has begun.
+    void begin_spheres_of_step() noexcept;
     PosedWideTree& surface_boxes();
     /// Whether the wide tree in this pose is of_surface_. Before the first pose: in the poses that the bounds
     /// are for.

@@ -1,6 +1,7 @@
 #include "collision/wide_tree/wide_tree.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <functional>
 
 #include "collision/geometry/divide_faces.hpp"
@@ -114,6 +115,11 @@ WideTree build_wide_tree(VerticesRef X, FacesRef F) {
 WideTree build_wide_tree(std::span<const int> order, FacesRef F, int vertex_count) {
     std::vector<int> faces(order.begin(), order.end());
     return build(faces, F, vertex_count, halve);
+}
+
+int most_clusters(std::size_t faces) noexcept {
+    const auto size = static_cast<std::size_t>(cluster_size(faces));
+    return static_cast<int>(std::bit_ceil((faces + size - 1) / size));  // halved so often, none is larger
 }
 
 bool is_over(const WideTree& tree, int vertex_count, FacesRef F) noexcept {

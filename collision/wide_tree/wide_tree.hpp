@@ -68,6 +68,9 @@ WideTree build_wide_tree(VerticesRef X, FacesRef F);
 /// in an order whose halves, quarters and so on are compact, as a sphere tree has it.
 WideTree build_wide_tree(std::span<const int> order, FacesRef F, int vertex_count);
 
+/// Number of clusters that either of these gives so many faces, at most.
+int most_clusters(std::size_t faces) noexcept;
+
 /// Whether a tree is over these faces of a surface with so many vertices.
 bool is_over(const WideTree& tree, int vertex_count, FacesRef F) noexcept;
 

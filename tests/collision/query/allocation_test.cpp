@@ -138,6 +138,29 @@ TEST(WarmQueries, AllocateNothingWithAffineBounds) {
         [](PosedTree& body, const Vertices& x, const Vertices& y) { body.begin_step_of_nodes(x, y); });
 }
 
+TEST(WarmQueries, AllocateNothingTheSecondTime) {
+    const auto s = shapes::torus(60, 40);
+    const auto tree = std::make_shared<const CollisionTree>(
+        shapes::full_tree(s, shapes::make_modes(s, 20, 200, 1), {.depth = 2}));
+    const Vertices y = s.X.rowwise() + Eigen::RowVector3f(0.3f, 0.2f, 0.1f);
+    for (const BoundKind kind : {BoundKind::exact, BoundKind::bd, BoundKind::nbd, BoundKind::boxes}) {
+        PosedTree a(tree, kind), b(tree, kind);
+        a.begin_pose(s.X);
+        b.begin_pose(y);
+        for (const float distance : {0.1f, 0.2f}) {
+            PairQuery query;
+            SelfQuery self;
+            EXPECT_GT(query.within(a, b, distance).size(), 100u) << name(kind);
+            EXPECT_GT(self.within(a, distance).size(), 100u) << name(kind);
+            const long before = allocations;
+            query.within(a, b, distance);
+            EXPECT_EQ(allocations - before, 0) << name(kind) << ", two bodies within " << distance;
+            self.within(a, distance);
+            EXPECT_EQ(allocations - before, 0) << name(kind) << ", itself within " << distance;
+        }
+    }
+}
+
 /// Poses of a body that comes to overlap one in the last pose more and more.
 struct GrowingContact {
     test::HungSurface hung = test::hung_on_tets(shapes::torus(40, 24), 4);
@@ -230,6 +253,35 @@ TEST(GrowingContacts, AllocateNothingInReservedMemoryAndSomeWithoutIt) {
             EXPECT_EQ(allocations - before, 0) << name(kind) << ", pose " << i;
         }
         EXPECT_EQ(reserved.found, growing.found) << name(kind);
+    }
+}
+
+TEST(GrowingContacts, AllocateNothingInReservedMemoryWhereSpheresMeetBoxes) {
+    const GrowingContact scene;
+    for (const BoundKind kind : {BoundKind::exact, BoundKind::bd, BoundKind::nbd}) {
+        PosedTree a(scene.tree, kind), b(scene.tree, kind), boxes(scene.tree, BoundKind::boxes);
+        PairQuery first, reserved;
+        SelfQuery self;
+        constexpr std::size_t pairs = 100'000;
+        reserved.reserve(a, b, pairs);  // before these bodies have boxes
+        self.reserve(a, pairs);
+        const auto ask = [&](PairQuery& query) {
+            a.begin_step(scene.surfaces[9], scene.surfaces[10]);
+            b.begin_step(scene.surfaces[8], scene.surfaces[9]);
+            query.boxes_within(a, b, 0.01f);
+            EXPECT_GT(query.counters().face_pairs, 300) << name(kind);
+            EXPECT_LT(query.counters().most_pairs, static_cast<long>(pairs)) << name(kind);
+            a.begin_pose(scene.surfaces[10]);
+            boxes.begin_pose(scene.surfaces[9]);
+            query.intersecting(a, boxes);
+            EXPECT_GT(query.counters().face_pairs, 300) << name(kind);
+        };
+        ask(first);
+        const long before = allocations;
+        ask(reserved);
+        a.begin_step(scene.surfaces[9], scene.surfaces[10]);
+        self.boxes_within(a, 0);
+        EXPECT_EQ(allocations - before, 0) << name(kind);
     }
 }
 

@@ -43,6 +43,8 @@ TEST(AutoQuery, TakesLearnedBoundsFromManyFacesOn) {
         EXPECT_EQ(found, as_list(other.intersecting(c, d)));
         EXPECT_EQ(a.chosen(), expected);
         EXPECT_EQ(query.counters().nodes_bounded, other.counters().nodes_bounded);
+        a.begin_step(s.X, y);
+        EXPECT_EQ(a.chosen(), BoundKind::boxes);
     }
 }
 
@@ -63,6 +65,9 @@ TEST(AutoQuery, MixesWithEveryKind) {
         const auto found = as_list(query.intersecting(a, b));
         EXPECT_EQ(found, expected) << name(kind) << ", of which spheres meet boxes as exact boxes";
         EXPECT_EQ(a.chosen(), BoundKind::boxes) << name(kind);
+        EXPECT_EQ(b.chosen(), kind == BoundKind::automatic ? BoundKind::boxes : kind);
+        b.begin_step(x, y);
+        EXPECT_EQ(b.chosen(), BoundKind::boxes) << name(kind);
     }
 }
 

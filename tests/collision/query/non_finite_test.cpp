@@ -105,6 +105,25 @@ TEST_F(NonFinite, PositionsAreRefusedWhereTheyAreRead) {
     }
 }
 
+TEST_F(NonFinite, WhatOnlyOneTreeOfABodyReadHasNoPartInAnswersOfTheOther) {
+    for (const BoundKind kind : {BoundKind::bd, BoundKind::nbd}) {
+        PosedTree a = posed(kind), spheres = posed(BoundKind::exact), boxes = posed(BoundKind::boxes);
+        const std::vector<int>& representatives = tree->bd->modes.representatives;
+        int vertex = 0;
+        while (std::ranges::find(representatives, vertex) != representatives.end()) ++vertex;
+        Vertices x = s.X;
+        x(vertex, 1) = NAN;
+        const Vertices far = other.rowwise() + Eigen::RowVector3f(50, 0, 0);
+        a.begin_pose(x);
+        boxes.begin_pose(other);
+        spheres.begin_pose(far);
+        PairQuery query;
+        EXPECT_NE(test::refusal([&] { query.intersecting(a, boxes); }), "") << name(kind);
+        EXPECT_EQ(test::refusal([&] { a.whole(); }), "") << name(kind);
+        EXPECT_TRUE(query.intersecting(a, spheres).empty()) << name(kind);
+    }
+}
+
 TEST_F(NonFinite, NodesAreRefused) {
     const Vertices other_nodes = hung.rest.rowwise() + Eigen::RowVector3f(0.5f, 0.4f, 0.3f);
     for (const BoundKind kind : {BoundKind::affine, BoundKind::automatic}) {

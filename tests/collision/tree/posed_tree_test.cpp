@@ -44,6 +44,27 @@ TEST_F(PosedTreeTest, CountsEachNodeOncePerPose) {
     }
 }
 
+TEST_F(PosedTreeTest, SpheresInAStepAreThoseAtItsEnd) {
+    const Vertices end = s.X * 1.5f;
+    for (const BoundKind kind : {BoundKind::exact, BoundKind::bd, BoundKind::nbd}) {
+        PosedTree in_step(full, kind), in_pose(full, kind);
+        in_step.begin_pose(s.X);
+        in_step.sphere(3);
+        in_pose.begin_pose(end);
+        for (int step = 0; step < 2; ++step) {
+            in_step.begin_step(s.X, end);
+            EXPECT_EQ(in_step.nodes_bounded(), 0) << name(kind);
+            EXPECT_EQ(in_step.ood_score(3), in_pose.ood_score(3)) << name(kind);
+            EXPECT_EQ(in_step.sphere(3).c, in_pose.sphere(3).c) << name(kind);
+            EXPECT_EQ(in_step.sphere(3).r, in_pose.sphere(3).r) << name(kind);
+            EXPECT_EQ(in_step.nodes_bounded(), 1) << name(kind);
+        }
+        in_step.begin_pose(s.X);
+        in_pose.begin_pose(s.X);
+        EXPECT_EQ(in_step.sphere(3).c, in_pose.sphere(3).c) << name(kind);
+    }
+}
+
 TEST_F(PosedTreeTest, AMarginGrowsOnlyTheRadius) {
     for (const BoundKind kind : bound_kinds) {
         if (is_box(kind) || !has_bounds(*full, kind)) continue;

@@ -44,6 +44,10 @@ TEST(WideTree, HoldsEveryFaceOnce) {
         const WideTree halved = build_wide_tree(order, F, X.rows());
         EXPECT_LE(leaves_of(halved, F), F.rows() / 8) << "leaves are not half full";
         EXPECT_TRUE(is_over(halved, X.rows(), F));
+        for (const WideTree* tree : {&full, &halved}) {
+            EXPECT_LE(tree->clusters(), most_clusters(F.rows()));
+            EXPECT_GE(2 * tree->clusters(), most_clusters(F.rows()));
+        }
     }
 }
 
