@@ -7,10 +7,17 @@
 namespace nbd {
 namespace {
 
-/// Box around all points within distance / 2 of the body, if the bound of its root contains the body. The
+/// Box around the whole body, as queries walk it. by_boxes: among bodies of which one has boxes.
+Box whole(PosedTree& body, bool by_boxes) {
+    if (!by_boxes || !body.has_pose()) return body.whole();
+    const PosedWideTree& boxes = body.wide_tree();
+    boxes.require_finite();
+    return boxes.whole();
+}
+
+/// Box around all points within distance / 2 of this box, which is around a body if it contains the body. The
 /// boxes of two bodies within `distance` of each other touch.
-Box root_box(PosedTree& body, float distance) {
-    const Box box = body.whole();
+Box root_box(const Box& box, float distance) {
     if ((box.lo > box.hi).any()) return empty_box();  // before the first pose
     // Each side rounds by an ulp of its coordinate or of the distance.
     const Eigen::Array4f ulps =
@@ -79,9 +86,10 @@ template <class Ask>
 std::span<const TouchingBodies> ManyBodyQuery::run(std::span<PosedTree* const> bodies, float distance,
                                                    const Ask& ask) {
     roots_.resize(bodies.size());
+    const bool by_boxes = std::ranges::any_of(bodies, [](PosedTree* body) { return !body->nbd_tree(); });
     const auto bound_root = [&](int i) {
         const std::size_t body = i;
-        roots_[body] = root_box(*bodies[body], distance);
+        roots_[body] = root_box(whole(*bodies[body], by_boxes), distance);
     };
     run_tasks(bodies.size(), bound_root);
     pairs_ = sweep_.touching(roots_);

@@ -19,6 +19,7 @@ struct TouchingBodies {
 
 /// Queries between all bodies of a list: a sweep over the roots' bounds finds pairs of bodies, a PairQuery
 /// finds their face pairs. A PosedTree caches its nodes, so each is bounded once per pose for all pairs.
+/// Where one of the bodies has boxes, the roots of all are boxes.
 ///
 /// Reading a tree writes its caches, so pairs that share a body must not run at the same time. They run in
 /// rounds in which no body has two pairs: answers do not depend on threads, and a body that touches n others

@@ -107,6 +107,27 @@ INSTANTIATE_TEST_SUITE_P(AllBounds, ManyBodies,
                                            BoundKind::learned_affine),
                          [](const auto& info) { return std::string(name(info.param)); });
 
+TEST(ManyBodyQuery, FindsBesideBoxesWhatSpheresOfTheRootMiss) {
+    const shapes::Surface torus = shapes::torus(14, 8);
+    CollisionTree made = shapes::full_tree(torus, shapes::make_modes(torus, 6, 40, 1));
+    made.nbd->out_centre.row(0).setConstant(100);  // spheres far from the body
+    const auto tree = std::make_shared<const CollisionTree>(std::move(made));
+    const Vertices y = torus.X.rowwise() + Eigen::RowVector3f(0.5f, 0.4f, 0.3f),
+                   far = torus.X.rowwise() + Eigen::RowVector3f(0, 0, 30);
+    PosedTree a(tree, BoundKind::nbd), b(tree, BoundKind::boxes), c(tree, BoundKind::nbd);
+    PosedTree* bodies[] = {&a, &b, &c};
+    a.begin_pose(torus.X);
+    b.begin_pose(y);
+    c.begin_pose(far);
+    PairQuery query;
+    const auto faces = query.intersecting(a, b);
+    const std::vector<Answer> expected{{{0, 1}, {faces.begin(), faces.end()}}};
+    ManyBodyQuery many;
+    EXPECT_EQ(copied(many.intersecting(bodies)), expected);
+    EXPECT_GT(expected[0].faces.size(), 10u);
+    EXPECT_EQ(many.pairs_asked(), 1);
+}
+
 TEST(ManyBodyQuery, FindsBodiesThatReachTheLargestNumber) {
     const shapes::Surface torus = shapes::torus(12, 8);
     const auto tree = shared_exact_tree(torus.X, torus.F);
