@@ -279,7 +279,7 @@ std::vector<double> GlbFile::numbers(std::int64_t accessor, std::size_t componen
         refuse_glb("accessor {} has {} items without data", accessor, rows - changes);
     values.resize(rows * components);
     for (std::int64_t change = 0; change < changes; ++change) {
-        const auto row = number_at(at.bytes.data() + change * at.stride, index_type, false);
+        const std::size_t row = number_at(at.bytes.data() + change * at.stride, index_type, false);
         if (row >= rows) refuse_glb("accessor {} changes item {} of {}", accessor, row, rows);
         read_row(to, change, &values[row * components]);
     }
