@@ -119,14 +119,24 @@ void bind_posed_trees(py::module_& m) {
             },
             "Corners of a box around the whole body, metres.")
         .def_property_readonly("nodes_bounded",
-                               [](const PosedTreeObject& self) { return self.tree.nodes_bounded(); })
+                               [](PosedTreeObject& self) {
+                                   const Use use(self.lock, "PosedTree");
+                                   return self.tree.nodes_bounded();
+                               })
         .def_property_readonly("nodes_out_of_range",
-                               [](const PosedTreeObject& self) { return self.tree.nodes_out_of_range(); })
+                               [](PosedTreeObject& self) {
+                                   const Use use(self.lock, "PosedTree");
+                                   return self.tree.nodes_out_of_range();
+                               })
         .def_property_readonly(
             "bounds", [](const PosedTreeObject& self) { return std::string(name(self.tree.kind())); })
         .def_property_readonly(
-            "chosen", [](const PosedTreeObject& self) { return std::string(name(self.tree.chosen())); },
-            "The bounds in this pose: those that auto chose, else `bounds`.");
+            "chosen",
+            [](PosedTreeObject& self) {
+                const Use use(self.lock, "PosedTree");
+                return std::string(name(self.tree.chosen()));
+            },
+            "The bounds in this pose or step: `bounds`, those that auto chose, or the exact boxes in their place.");
 }
 
 }  // namespace nbd::python
