@@ -26,8 +26,9 @@ struct CollideArguments {
 };
 
 PosedTree posed(const PoseArgument& surface, BoundKind asked, std::optional<float> margin) {
-    const BoundKind kind = surface.from_tree || is_exact(asked) ? asked : BoundKind::automatic;
-    PosedTree tree(surface.tree, kind, margin);
+    const BoundKind kind = bounds_for(surface, asked);
+    const bool takes_margin = surface.from_tree || kind == BoundKind::exact;
+    PosedTree tree(surface.tree, kind, takes_margin ? margin : std::nullopt);
     if (tree.takes_nodes() && surface.nodes.rows() > 0)
         tree.begin_pose_of_nodes(surface.nodes);
     else
@@ -131,8 +132,8 @@ void add_collide(CLI::App& app, Output& out) {
     auto arguments = std::make_shared<CollideArguments>();
     CLI::App* command = app.add_subcommand("collide", "Finds the faces of two surfaces that touch");
     command->footer(
-        "A and B: a surface file (with boxes as bounds, or exact spheres), or TREE.h5@POSE, where POSE is a\n"
-        "surface file with the tree's faces or RECORDING.h5:trajectory:frame.");
+        "A and B: a surface file (with boxes as bounds, or exact spheres beside spheres), or TREE.h5@POSE,\n"
+        "where POSE is a surface file with the tree's faces or RECORDING.h5:trajectory:frame.");
     command->add_option("A", arguments->a, "First surface")->required();
     command->add_option("B", arguments->b, "Second surface")->required();
     command

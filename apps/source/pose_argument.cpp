@@ -166,11 +166,15 @@ void check_model_of(std::initializer_list<const PoseArgument*> surfaces, BoundKi
             "or TREE.h5@POSE instead of the file");
 }
 
+BoundKind bounds_for(const PoseArgument& posed, BoundKind asked) {
+    if (posed.from_tree) return asked;
+    return is_box(asked) ? BoundKind::boxes : BoundKind::exact;
+}
+
 ViewSource view_source(std::string name, const PoseArgument& posed, BoundKind bounds,
                        std::optional<float> margin) {
-    const bool has_bounds = posed.from_tree || is_exact(bounds);
     return {.name = std::move(name),
-            .tree = {.tree = posed.tree, .bounds = has_bounds ? bounds : BoundKind::boxes, .margin = margin},
+            .tree = {.tree = posed.tree, .bounds = bounds_for(posed, bounds), .margin = margin},
             .start = posed.rest};
 }
 

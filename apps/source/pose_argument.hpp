@@ -53,8 +53,12 @@ Eigen::Vector3d count_from_common_origin(std::initializer_list<PoseArgument*> su
 /// none of the surfaces has a tree file.
 void check_model_of(std::initializer_list<const PoseArgument*> surfaces, BoundKind bounds, bool has_margin);
 
+/// The bounds of a surface where `asked` ones are asked for: those, if it has a tree file; otherwise exact
+/// ones of the same form, so that spheres meet spheres.
+BoundKind bounds_for(const PoseArgument& posed, BoundKind asked);
+
 /// The surface, without its pose, as a page shows it. bounds, margin: of its tree, if it has one; otherwise
-/// exact ones.
+/// see bounds_for().
 ViewSource view_source(std::string name, const PoseArgument& posed, BoundKind bounds,
                        std::optional<float> margin);
 

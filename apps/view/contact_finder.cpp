@@ -68,12 +68,12 @@ void ContactFinder::meet(PosedView& a, PosedView& b, Marked& of_a, Marked& of_b,
     };
     const std::span<const FacePair> none;
     const auto touching = exact_.intersecting(a.exact(), b.exact());
-    mark(touching, may_miss ? own_.intersecting(a.searched(), b.searched()) : none, &Marked::intersecting,
+    mark(touching, may_miss ? own_.intersecting(a.own(), b.own()) : none, &Marked::intersecting,
          &PairCounts::intersecting, &PairCounts::intersecting_missed);
     if (distance_ <= 0) return;
     const auto near = exact_.within(a.exact(), b.exact(), distance_);
-    mark(near, may_miss ? own_.within(a.searched(), b.searched(), distance_) : none, &Marked::near,
-         &PairCounts::near, &PairCounts::near_missed);
+    mark(near, may_miss ? own_.within(a.own(), b.own(), distance_) : none, &Marked::near, &PairCounts::near,
+         &PairCounts::near_missed);
 }
 
 void ContactFinder::meet_itself(PosedView& body, std::size_t index, Marked& marked, PairCounts& counts) {

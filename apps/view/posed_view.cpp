@@ -34,7 +34,8 @@ BoundKind drawn_bounds(const ViewTree& body) {
 
 PosedView::PosedView(ViewTree body) : body_(std::move(body)), exact_(body_.tree, BoundKind::boxes) {
     const BoundKind kind = drawn_bounds(body_);
-    if (kind != BoundKind::boxes) own_.emplace(body_.tree, kind, body_.margin);
+    const bool takes_margin = can_miss(kind) || kind == BoundKind::exact;
+    if (kind != BoundKind::boxes) own_.emplace(body_.tree, kind, takes_margin ? body_.margin : std::nullopt);
 }
 
 void PosedView::begin_pose(VerticesRef nodes) {
@@ -53,7 +54,7 @@ void PosedView::begin_pose(VerticesRef nodes) {
 }
 
 ViewBounds bounds_of(PosedView& body) {
-    const PosedTree& tree = body.drawn();
+    const PosedTree& tree = body.own();
     const std::vector<SphereTree::Node>& nodes = tree.tree().spheres.nodes;
     ViewBounds bounds{std::string(name(tree.kind())), is_box(tree.kind()), {0}, {}};
     if (bounds.are_boxes) return bounds;
@@ -67,7 +68,7 @@ ViewBounds bounds_of(PosedView& body) {
 }
 
 void add_bounds(PosedView& body, ViewBounds& bounds) {
-    PosedTree& tree = body.drawn();
+    PosedTree& tree = body.own();
     if (bounds.are_boxes) {
         const auto levels = box_levels(tree.wide_tree(), most_boxes);
         count_boxes(levels, bounds.first_node);

@@ -31,11 +31,9 @@ class PosedView {
     const Vertices& x() const noexcept { return x_; }  // [n, 3] surface
     const CollisionTree& tree() const noexcept { return *body_.tree; }
     PosedTree& exact() noexcept { return exact_; }
-    /// With its own bounds where these can miss, else with exact ones.
-    PosedTree& searched() noexcept { return misses() ? *own_ : exact_; }
-    /// With the bounds that a page draws. `auto` ones are `affine` where the poses give the nodes on which
-    /// the tree hangs, and exact boxes elsewhere, as `affine` ones are.
-    PosedTree& drawn() noexcept { return own_ ? *own_ : exact_; }
+    /// With its own bounds, which a page draws and whose misses it counts. `auto` ones are `affine` where the
+    /// poses give the nodes on which the tree hangs, and exact boxes elsewhere, as `affine` ones are.
+    PosedTree& own() noexcept { return own_ ? *own_ : exact_; }
     bool misses() const noexcept { return can_miss(body_.bounds); }
 
  private:

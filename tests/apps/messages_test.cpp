@@ -50,7 +50,12 @@ TEST_F(MessagesTest, SurfaceFilesRefuseBoundsThatNeedATree) {
     EXPECT_EQ(result("collide box.obj box.obj")["bounds"][0], "boxes");
     EXPECT_EQ(result("collide box.obj box.obj --bounds boxes")["bounds"][0], "boxes");
     EXPECT_EQ(result("collide box.obj box.obj --bounds exact --margin 0.1")["bounds"][0], "exact");
-    EXPECT_EQ(run("collide tree.h5@box.obj box.obj --bounds bd --margin 1").err, "");
+    // Beside spheres a surface has exact ones, so that the tree's bounds are those that are walked.
+    EXPECT_EQ(result("collide tree.h5@box.obj box.obj --bounds bd --margin 1")["bounds"],
+              nlohmann::json({"bd", "exact"}));
+    EXPECT_EQ(result("collide box.obj tree.h5@box.obj --bounds learned_affine --margin 1")["bounds"],
+              nlohmann::json({"boxes", "learned_affine"}));
+    make("collide tree.h5@box.obj box.obj --bounds auto --margin 1 --view margin.html -q");
     EXPECT_THAT(run("collide --help").out, HasSubstr("a surface file (with boxes as bounds"));
 }
 

@@ -4,12 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
+#include <memory>
 #include <random>
 #include <sstream>
 
+#include "apps/view/contact_finder.hpp"
 #include "apps/view/make_view.hpp"
 #include "apps/view/packed.hpp"
 #include "apps/view/posed_view.hpp"
+#include "tests/collision/models.hpp"
 #include "tests/support/error_of.hpp"
 
 namespace nbd {
@@ -196,6 +200,29 @@ TEST(PosedView, DrawsTheBoxesThatItsBoundsWalk) {
     EXPECT_EQ(kind_of(hung, BoundKind::boxes), "boxes");
     EXPECT_EQ(kind_of(hung, BoundKind::exact), "exact");
     EXPECT_EQ(kind_of(bare, BoundKind::automatic), "boxes");
+    // A margin is for bounds that can miss, and `auto` may be others.
+    PosedView with_margin({.tree = hung, .W = W, .bounds = BoundKind::automatic, .margin = 0.1f});
+    EXPECT_EQ(with_margin.own().kind(), BoundKind::affine);
+}
+
+TEST(ContactFinder, CountsWhatSpheresThatMissMissBesideExactOnes) {
+    const shapes::Surface s = shapes::torus(16, 10);
+    CollisionTree made = shapes::full_tree(s, shapes::make_modes(s, 6, 40, 1));
+    made.nbd->out_centre.row(3).setConstant(-100);  // spheres without a radius
+    const auto tree = std::make_shared<const CollisionTree>(std::move(made));
+    for (const BoundKind other : {BoundKind::exact, BoundKind::nbd}) {
+        std::deque<PosedView> bodies;
+        bodies.emplace_back(ViewTree{.tree = tree, .bounds = BoundKind::nbd, .margin = 0.f});
+        bodies.emplace_back(ViewTree{.tree = tree, .bounds = other, .margin = 0.f});
+        bodies[0].begin_pose(s.X);
+        bodies[1].begin_pose(s.X.rowwise() + Eigen::RowVector3f(0.5f, 0.4f, 0.3f));
+        std::vector<ViewBody> shown(2);
+        const PairCounts counts = ContactFinder(0.01, false, {}, {}, bodies).add_frame(bodies, 0, shown);
+        EXPECT_GT(counts.intersecting_missed, 10u) << name(other);
+        EXPECT_LE(counts.intersecting_missed, counts.intersecting);
+        EXPECT_GE(counts.near_missed, counts.intersecting_missed);
+        EXPECT_FALSE(shown[0].missed.faces.empty());
+    }
 }
 
 TEST(Page, OnlyOneOfARunThatGoesOnAsksForMore) {
