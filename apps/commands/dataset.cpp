@@ -40,8 +40,7 @@ Shard parse_shard(const std::string& text) {
     if (text.empty()) return shard;
     int used = 0;
     if (std::sscanf(text.c_str(), "%d/%d%n", &shard.number, &shard.count, &used) != 2 ||
-        used != static_cast<int>(text.size()) || shard.count < 1 || shard.number < 0 ||
-        shard.number >= shard.count)
+        used != std::ssize(text) || shard.count < 1 || shard.number < 0 || shard.number >= shard.count)
         throw CLI::ValidationError("--shard", fmt::format("'{}' is not i/N with 0 <= i < N", text));
     return shard;
 }

@@ -49,7 +49,7 @@ std::string read_at(int descriptor, std::uint64_t position, std::uint64_t size) 
         const ssize_t n = pread(descriptor, bytes.data() + got, bytes.size() - got, position + got);
         if (n < 0 && errno == EINTR) continue;
         if (n <= 0) break;
-        got += static_cast<std::size_t>(n);
+        got += n;
     }
     bytes.resize(got);
     return bytes;
@@ -175,7 +175,7 @@ void Journal::write_at_end(std::string_view bytes) {
         if (n < 0 && errno == EINTR) continue;
         if (n < 0) fail(fmt::format("cannot write: {}", std::strerror(errno)));
         bytes.remove_prefix(n);
-        end += static_cast<std::uint64_t>(n);
+        end += n;
     }
     if (fdatasync(descriptor_) != 0) fail(fmt::format("cannot write: {}", std::strerror(errno)));
     position_ = end;

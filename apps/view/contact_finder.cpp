@@ -9,7 +9,7 @@ namespace {
 std::vector<std::uint32_t> faces_of(std::span<const FacePair> pairs, int FacePair::*side) {
     std::vector<std::uint32_t> faces;
     faces.reserve(pairs.size());
-    for (const FacePair& pair : pairs) faces.push_back(static_cast<std::uint32_t>(pair.*side));
+    for (const FacePair& pair : pairs) faces.push_back(pair.*side);
     return faces;
 }
 
@@ -37,7 +37,7 @@ void FaceMarks::add_frame(std::vector<std::uint32_t> marked) {
     std::ranges::sort(marked);
     const auto repeated = std::ranges::unique(marked);
     marked.erase(repeated.begin(), repeated.end());
-    counts.push_back(static_cast<std::uint32_t>(marked.size()));
+    counts.push_back(marked.size());
     append(faces, marked);
 }
 
@@ -59,12 +59,12 @@ void ContactFinder::meet(PosedView& a, PosedView& b, Marked& of_a, Marked& of_b,
                           std::uint32_t PairCounts::*count_missed) {
         append(of_a.*kind, faces_of(exact, &FacePair::a));
         append(of_b.*kind, faces_of(exact, &FacePair::b));
-        counts.*count += static_cast<std::uint32_t>(exact.size());
+        counts.*count += exact.size();
         if (!may_miss) return;
         const std::vector<FacePair> missed = missing(exact, found);
         append(of_a.missed, faces_of(missed, &FacePair::a));
         append(of_b.missed, faces_of(missed, &FacePair::b));
-        counts.*count_missed += static_cast<std::uint32_t>(missed.size());
+        counts.*count_missed += missed.size();
     };
     const std::span<const FacePair> none;
     const auto touching = exact_.intersecting(a.exact(), b.exact());
@@ -81,10 +81,10 @@ void ContactFinder::meet_itself(PosedView& body, std::size_t index, Marked& mark
     const auto touching = query.intersecting(body.exact());
     for (const auto side : {&FacePair::a, &FacePair::b})
         append(marked.intersecting, faces_of(touching, side));
-    counts.intersecting += static_cast<std::uint32_t>(touching.size());
+    counts.intersecting += touching.size();
     const auto near = query.within(body.exact(), self_distance_[index]);
     for (const auto side : {&FacePair::a, &FacePair::b}) append(marked.near, faces_of(near, side));
-    counts.near += static_cast<std::uint32_t>(near.size());
+    counts.near += near.size();
 }
 
 /// Marks faces with a vertex that is near an obstacle, or behind its surface.
@@ -101,7 +101,7 @@ void ContactFinder::meet_obstacles(const PosedView& body, double time, Marked& m
     for (Eigen::Index f = 0; f < F.rows(); ++f)
         for (int c = 0; c < 3; ++c)
             if (is_near[F(f, c)]) {
-                marked.near.push_back(static_cast<std::uint32_t>(f));
+                marked.near.push_back(f);
                 break;
             }
 }

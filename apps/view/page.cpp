@@ -70,7 +70,7 @@ Json embedding_json(const SurfaceEmbedding& W, PageData& data) {
     for (Eigen::Index v = 0; v < W.rows(); ++v) {
         std::uint32_t count = 0;
         for (SurfaceEmbedding::InnerIterator entry(W, v); entry; ++entry, ++count) {
-            columns.push_back(static_cast<std::uint32_t>(entry.col()));
+            columns.push_back(entry.col());
             weights.push_back(entry.value());
         }
         counts.push_back(count);

@@ -16,8 +16,7 @@ void add_box(const Box& box, std::vector<float>& values) {
 /// Adds the numbers of nodes of levels of a wide tree, which are the same in all poses.
 void count_boxes(const std::vector<std::vector<Box>>& levels, std::vector<int>& first_node) {
     if (first_node.size() > 1) return;
-    for (const std::vector<Box>& level : levels)
-        first_node.push_back(first_node.back() + static_cast<int>(level.size()));
+    for (const std::vector<Box>& level : levels) first_node.push_back(first_node.back() + level.size());
 }
 
 /// Whether the tree hangs on the nodes that poses give.

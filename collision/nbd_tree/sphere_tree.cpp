@@ -100,7 +100,7 @@ std::vector<int> count_faces(const SphereTree& tree, std::span<const int> leaf_o
     std::vector<int> counts(tree.nodes.size(), 0);
     for (std::size_t f = 0; f < leaf_of_face.size(); ++f) {
         const int leaf = leaf_of_face[f];
-        if (leaf < 0 || leaf >= static_cast<int>(tree.nodes.size()) || !tree.nodes[leaf].is_leaf())
+        if (leaf < 0 || leaf >= std::ssize(tree.nodes) || !tree.nodes[leaf].is_leaf())
             throw std::invalid_argument(
                 message("face ", f, " is assigned to node ", leaf, ", which is not a leaf"));
         ++counts[leaf];

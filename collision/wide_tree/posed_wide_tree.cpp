@@ -235,7 +235,7 @@ Box PosedWideTree::over_step(const BoxAt& box_at) const noexcept {
 Box PosedWideTree::box_of_nodes(std::span<const int> nodes) noexcept {
     // The kernel reads a fourth number of each node, and none may follow the last one in memory.
     const bool at_end = has_last_node(nodes);
-    const int count = static_cast<int>(nodes.size()) - at_end;
+    const int count = std::ssize(nodes) - at_end;
     return widened(over_step([&](const float* x) {
         Box box;
         met_non_finite_ |= !kernels().box_of_points(x, nodes.data(), count, numbers(box));

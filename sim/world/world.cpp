@@ -113,7 +113,7 @@ int World::add_body(WorldBody body) {
 void World::drive(int body, std::vector<int> nodes, Nodes targets) {
     Body& driven = at(body);
     const int count = driven.elastic->node_count();
-    if (targets.rows() != static_cast<Eigen::Index>(nodes.size()))
+    if (targets.rows() != std::ssize(nodes))
         throw std::invalid_argument(
             fmt::format("world: {} driven nodes need as many targets, not {}", nodes.size(), targets.rows()));
     if (!targets.allFinite()) throw std::invalid_argument("world: a target of driven nodes is not finite");
@@ -201,7 +201,7 @@ WorldSnapshot World::snapshot() const {
 }
 
 void World::restore(const WorldSnapshot& snapshot) {
-    if (static_cast<int>(snapshot.bodies.size()) != body_count() ||
+    if (std::ssize(snapshot.bodies) != body_count() ||
         (!snapshot.before.empty() && snapshot.before.size() != snapshot.bodies.size()) ||
         (!snapshot.velocities_before.empty() && snapshot.velocities_before.size() != snapshot.bodies.size()))
         throw std::invalid_argument(

@@ -36,8 +36,7 @@ extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
-    std::ofstream(input_file(), std::ios::binary)
-        .write(reinterpret_cast<const char*>(bytes), size);
+    std::ofstream(input_file(), std::ios::binary).write(reinterpret_cast<const char*>(bytes), size);
     nbd::test::read_or_refuse(*reader, input_file());
     return 0;
 }

@@ -48,8 +48,7 @@ std::size_t default_frame_memory() {
 FrameSource::FrameSource(SurfaceEmbedding W, const RecordingReader& recording, std::size_t memory)
     : W_(std::move(W)), recording_(&recording), memory_(memory) {
     std::size_t frames = 0;
-    for (const TrajectoryInfo& info : recording.trajectories())
-        frames += static_cast<std::size_t>(info.frames);
+    for (const TrajectoryInfo& info : recording.trajectories()) frames += info.frames;
     const auto bytes = [](Eigen::Index rows) { return static_cast<std::size_t>(rows) * 3 * sizeof(float); };
     keeps_surfaces_ = W_.rows() <= W_.cols() || frames * bytes(W_.rows()) <= memory_;
     frame_bytes_ = bytes(keeps_surfaces_ ? W_.rows() : W_.cols());

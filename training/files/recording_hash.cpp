@@ -99,7 +99,7 @@ std::vector<int> known_trajectories(const RecordingReader& recording, const Reco
         const bool is_known = std::ranges::any_of(seen, [&](const SeenTrajectories* s) {
             const auto count = std::ranges::count_if(
                 frames, [&](std::uint64_t hash) { return std::ranges::binary_search(s->frames, hash); });
-            return 2 * count > static_cast<std::ptrdiff_t>(frames.size()) ||
+            return 2 * count > std::ssize(frames) ||
                    (origin && std::ranges::binary_search(s->origins, *origin));
         });
         if (is_known) known.push_back(info.id);

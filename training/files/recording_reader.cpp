@@ -151,7 +151,7 @@ struct RecordingReader::Impl {
     }
 
     const StoredTrajectory& at(int trajectory) const {
-        if (trajectory < 0 || trajectory >= static_cast<int>(stored.size()))
+        if (trajectory < 0 || trajectory >= std::ssize(stored))
             throw std::out_of_range(fmt::format("{}: trajectory index {}; allowed: 0 to {}",
                                                 file.path().string(), trajectory,
                                                 static_cast<int>(stored.size()) - 1));

@@ -13,7 +13,7 @@ namespace nbd::python {
 namespace {
 
 void check_node(const CollisionTree& tree, int node) {
-    if (node < 0 || node >= static_cast<int>(tree.spheres.nodes.size()))
+    if (node < 0 || node >= std::ssize(tree.spheres.nodes))
         throw py::index_error(
             fmt::format("node: is {}; allowed: 0..{}", node, tree.spheres.nodes.size() - 1));
 }
