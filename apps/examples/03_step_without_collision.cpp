@@ -1,6 +1,6 @@
-// 08: How far may a body move before it comes too near an obstacle, or itself?
+// 03: How far may a body move before it comes too near an obstacle, or itself?
 //
-//     build/release/apps/examples/08_step_without_collision
+//     build/release/apps/examples/03_step_without_collision
 //
 // FeatureQuery looks at all vertices and faces and all edges that may meet while the bodies move straight. A
 // ball falls through another here, from 2.5 m above it, and stops where 1 mm and a tenth of the gap are left.
