@@ -17,11 +17,13 @@ class BuildByCMake(build_ext):
     def build_extension(self, extension):
         subprocess.run(["cmake", "--preset", "portable", "-Wno-dev", f"-DPython3_EXECUTABLE={sys.executable}"],
                        cwd=ROOT, check=True)
-        subprocess.run(["cmake", "--build", BUILD, "--target", "nbdtree_python"], check=True)
+        subprocess.run(["cmake", "--build", BUILD, "--target", "nbdtree_python", "nbdtree_python_files"],
+                       check=True)
         [module] = (BUILD / "python" / "nbdtree").glob("_nbdtree*.so")
         target = pathlib.Path(self.get_ext_fullpath(extension.name))
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_bytes(module.read_bytes())
+        (target.parent / "__init__.pyi").write_bytes((BUILD / "python" / "nbdtree" / "__init__.pyi").read_bytes())
         subprocess.run(["strip", "--strip-unneeded", target], check=True)
 
 

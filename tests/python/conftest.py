@@ -3,7 +3,10 @@
 import contextlib
 import os
 import pathlib
+import signal
+import subprocess
 import sys
+import textwrap
 import threading
 
 import numpy as np
@@ -28,6 +31,16 @@ def program():
     if "NBDTREE_PROGRAM" not in os.environ:
         pytest.skip("NBDTREE_PROGRAM does not name the program nbdtree")
     return os.environ["NBDTREE_PROGRAM"]
+
+
+@pytest.fixture(scope="session")
+def command(program):
+    """Runs a command of the program quietly, to its end."""
+
+    def run(*arguments, cwd=None):
+        subprocess.run([program, *map(str, arguments), "--quiet"], cwd=cwd, check=True)
+
+    return run
 
 
 @pytest.fixture(scope="session")
@@ -62,6 +75,41 @@ def one_line(error):
     return text
 
 
+def run_python(*arguments, cwd=None, signalled=False):
+    """Runs Python with the package in a process of its own; returns what it prints, its errors and its status. arguments:
+    of the interpreter. signalled: it prints `ready` and then gets Ctrl-C."""
+    paths = [pathlib.Path(nbd.__file__).parents[1], pathlib.Path(__file__).parent]
+    process = subprocess.Popen([sys.executable, *map(str, arguments)], cwd=cwd, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                               text=True, env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, paths))})
+    if signalled:
+        assert process.stdout.readline() == "ready\n"
+        process.send_signal(signal.SIGINT)
+    return *process.communicate(), process.returncode
+
+
+def output_of(code, *arguments, cwd=None):
+    """What Python code prints in a process of its own, which must end well."""
+    printed, errors, status = run_python("-c", textwrap.dedent(code), *arguments, cwd=cwd)
+    assert status == 0, printed + errors
+    return printed
+
+
+def arrays_of(path):
+    """All arrays of a file, by their names."""
+    import h5py
+
+    found = {}
+    with h5py.File(path) as file:
+        file.visititems(lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
+    return found
+
+
+def same_arrays(one, other):
+    """Whether two files hold the same arrays, more than ten."""
+    a, b = arrays_of(one), arrays_of(other)
+    return a.keys() == b.keys() and len(a) > 10 and all(np.array_equal(a[name], b[name]) for name in a)
+
+
 @contextlib.contextmanager
 def refused(kind, text, whole=False):
     """Expects an exception of one line, which holds the text, or is it."""
@@ -84,6 +132,15 @@ def pairs_of(rows):
     return {tuple(row) for row in rows.tolist()}
 
 
+def folded(x):
+    """Positions of a beam that is folded in its middle until its halves touch."""
+    middle = x[:, 0].mean()
+    over = x.copy()
+    over[x[:, 0] > middle, 0] = 2 * middle - x[x[:, 0] > middle, 0]
+    over[:, 1] += 0.3 * x[:, 0]
+    return over
+
+
 def falling_beams(beam, height=0.3):
     """A scene with two beams above a floor."""
     return {
@@ -94,16 +151,3 @@ def falling_beams(beam, height=0.3):
         "obstacles": [{"plane": {"normal": [0, 0, 1]}}],
         "time": {"dt": 0.005, "frames": 10, "steps_per_frame": 2},
     }
-
-
-def boxes_of(positions, faces):
-    corners = positions[faces]
-    return corners.min(axis=1), corners.max(axis=1)
-
-
-def close_pairs(xa, fa, xb, fb):
-    """All pairs of faces whose boxes overlap, by brute force."""
-    lo_a, hi_a = boxes_of(xa, fa)
-    lo_b, hi_b = boxes_of(xb, fb)
-    overlap = np.all((lo_a[:, None] <= hi_b[None]) & (lo_b[None] <= hi_a[:, None]), axis=2)
-    return pairs_of(np.argwhere(overlap))

@@ -1,38 +1,22 @@
 """Long calls: what Ctrl-C keeps, other threads, the end of the interpreter."""
 
 import os
-import pathlib
 import signal
-import subprocess
-import sys
 import textwrap
 import threading
 import time
 
 import numpy as np
 import pytest
+from conftest import output_of, run_python
 from in_a_call import wait_for_a_call
 
 import nbdtree as nbd
 
 
-def run_python(code, folder, signalled=False):
-    """Runs Python code in a process of its own; returns its output and status. signalled: it prints `ready` and then gets
-    Ctrl-C."""
-    paths = [pathlib.Path(nbd.__file__).parents[1], pathlib.Path(__file__).parent]
-    process = subprocess.Popen([sys.executable, "-c", textwrap.dedent(code)], cwd=folder, stdout=subprocess.PIPE,
-                               stderr=subprocess.STDOUT, text=True,
-                               env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, paths))})
-    if signalled:
-        assert process.stdout.readline() == "ready\n"
-        process.send_signal(signal.SIGINT)
-    output, _ = process.communicate()
-    return output, process.returncode
-
-
 def test_ctrl_c_stops_a_dataset_which_then_continues(beam_file, tmp_path):
     call = f"nbd.make_dataset(nbd.load_body({str(beam_file)!r}), 'd.h5', trajectories=300, frames=40, progress=told)"
-    output, status = run_python(
+    output = output_of(
         f"""
         import os, signal, nbdtree as nbd
         seen = []
@@ -44,14 +28,14 @@ def test_ctrl_c_stops_a_dataset_which_then_continues(beam_file, tmp_path):
             {call}
         except KeyboardInterrupt:
             print("stopped")
-        """, tmp_path)
-    assert (output, status) == ("stopped\n", 0)
+        """, cwd=tmp_path)
+    assert output == "stopped\n"
     kept = list((tmp_path / "d.shards").glob("*.h5"))
     assert 0 < len(kept) < 300 and not (tmp_path / "d.h5").exists()
 
 
 def test_ctrl_c_stops_a_training(beam_file, poses, tmp_path):
-    output, status = run_python(
+    output = output_of(
         f"""
         import os, signal, nbdtree as nbd
         body = nbd.load_body({str(beam_file)!r})
@@ -66,24 +50,24 @@ def test_ctrl_c_stops_a_training(beam_file, poses, tmp_path):
                       checkpoint="c", progress=told)
         except KeyboardInterrupt:
             print("stopped")
-        """, tmp_path)
-    assert (output, status) == ("stopped\n", 0)
+        """, cwd=tmp_path)
+    assert output == "stopped\n"
     assert (tmp_path / "c").exists()
 
 
 def test_a_program_without_a_handler_ends_by_ctrl_c(beam, tmp_path, beam_file):
-    output, status = run_python(
-        f"""
-        import nbdtree as nbd
-        world = nbd.World({{"bodies": [{{"body": nbd.load_body({str(beam_file)!r})}}]}})
-        world.step()
-        print("ready", flush=True)
-        while True: world.step()
-        """, tmp_path, signalled=True)
-    assert "KeyboardInterrupt" in output and status != 0
+    code = f"""
+    import nbdtree as nbd
+    world = nbd.World({{"bodies": [{{"body": nbd.load_body({str(beam_file)!r})}}]}})
+    world.step()
+    print("ready", flush=True)
+    while True: world.step()
+    """
+    _, errors, status = run_python("-c", textwrap.dedent(code), cwd=tmp_path, signalled=True)
+    assert "KeyboardInterrupt" in errors and status != 0
 
 
-def test_a_daemon_thread_does_not_disturb_the_end(beam_file, tmp_path):
+def test_a_daemon_thread_does_not_disturb_the_end(beam_file):
     code = f"""
     import threading, nbdtree as nbd
     stepped = threading.Event()
@@ -96,7 +80,7 @@ def test_a_daemon_thread_does_not_disturb_the_end(beam_file, tmp_path):
     stepped.wait()
     print("ends")
     """
-    assert run_python(code, tmp_path) == ("ends\n", 0)
+    assert output_of(code) == "ends\n"
 
 
 def test_other_threads_run_during_a_long_call(tree_file, poses):
@@ -159,8 +143,7 @@ def test_blas_of_numpy_keeps_its_threads(beam_file):
     looking.join()
     print(library.openblas_get_num_threads())
     """
-    run = subprocess.run([sys.executable, "-c", textwrap.dedent(code), beam_file], capture_output=True, text=True,
-                         env={**os.environ, "PYTHONPATH": str(pathlib.Path(nbd.__file__).parents[1])})
-    if "cannot open shared object" in run.stderr:
+    printed, errors, _ = run_python("-c", textwrap.dedent(code), beam_file)
+    if "cannot open shared object" in errors:
         pytest.skip("BLAS is not OpenBLAS")
-    assert run.stdout == "2\n", run.stderr
+    assert printed == "2\n", errors

@@ -1,12 +1,9 @@
 """What bounds cost and miss, and data on its way to another surface: as the commands have it."""
 
 import csv
-import subprocess
 
-import h5py
-import numpy as np
 import pytest
-from conftest import refused
+from conftest import refused, same_arrays
 
 import nbdtree as nbd
 
@@ -40,10 +37,9 @@ def same(printed, number):
     return float(printed) == pytest.approx(number, rel=1e-4, abs=1e-4)
 
 
-def test_coverage_and_contact_scenes_are_those_of_the_command(program, saved, tree_file, poses, tmp_path):
+def test_coverage_and_contact_scenes_are_those_of_the_command(command, saved, tree_file, poses, tmp_path):
     nodes, contacts = tmp_path / "nodes.csv", tmp_path / "contacts.csv"
-    subprocess.run([program, "coverage", saved, poses, "--csv", nodes, "--contacts", "20", "--contacts-csv", contacts,
-                    "--quiet"], check=True)
+    command("coverage", saved, poses, "--csv", nodes, "--contacts", 20, "--contacts-csv", contacts)
     ours, theirs = nbd.measure_coverage(tree_file, poses), rows_of(nodes)
     assert {row.bound for row in ours} == {"learned_affine"}
     assert len(ours) == len(theirs) == 3  # clusters, blocks and leaves
@@ -75,27 +71,20 @@ def test_random_splits_count_what_is_kept(beam, poses):
         assert 0 <= row.nodes_missing <= row.highest <= 1 and 0 <= row.keeping <= 1 and row.stated >= 0.5
 
 
-def test_transferred_trees_are_the_bits_of_the_command(program, poses, beam, fine, fine_file, tmp_path):
+def test_transferred_trees_are_the_bits_of_the_command(command, poses, beam, fine, fine_file, tmp_path):
     moving = beam.with_modes(nbd.vibration_modes(beam, 8))
     trained = nbd.train(moving, poses, ["nbd"], depth=3, clusters=32, epochs=2)
     nbd.save_tree(tmp_path / "trained.h5", trained)
-    subprocess.run([program, "transfer", tmp_path / "trained.h5", fine_file, "-o", tmp_path / "command.h5", "--quiet"],
-                   check=True)
+    command("transfer", tmp_path / "trained.h5", fine_file, "-o", tmp_path / "command.h5")
     file = nbd.transfer_tree(trained, fine)
     nbd.save_tree(tmp_path / "python.h5", file)
-    found = []
-    with h5py.File(tmp_path / "command.h5") as a, h5py.File(tmp_path / "python.h5") as b:
-        a.visititems(lambda name, item: found.append(name) if isinstance(item, h5py.Dataset) else None)
-        assert len(found) > 10
-        for name in found:
-            assert np.array_equal(a[name][()], b[name][()]), name
+    assert same_arrays(tmp_path / "command.h5", tmp_path / "python.h5")
     assert len(file.tree.faces) == 4 * len(beam.F) and "nbd" in file.tree.calibrations
 
 
-def test_remapped_recordings_are_the_bits_of_the_command(program, beam, beam_file, fine, fine_file, poses, tmp_path):
+def test_remapped_recordings_are_the_bits_of_the_command(command, beam, beam_file, fine, fine_file, poses, tmp_path):
     out, ours = tmp_path / "command.h5", tmp_path / "python.h5"
-    subprocess.run([program, "remap", poses, "--from", beam_file, "--to", fine_file, "-o", out, "--trajectories", "3",
-                    "--quiet"], check=True)
+    command("remap", poses, "--from", beam_file, "--to", fine_file, "-o", out, "--trajectories", 3)
     assert nbd.remap(poses, ours, beam, fine, 3) == 3 * 24
     a, b = nbd.RecordingReader(out), nbd.RecordingReader(ours)
     assert len(a.trajectories) == len(b.trajectories) == 3

@@ -1,12 +1,10 @@
 """The examples run, and print what their texts promise."""
 
-import os
 import pathlib
 import re
-import subprocess
-import sys
 
 import pytest
+from conftest import run_python
 
 import nbdtree as nbd
 
@@ -14,11 +12,9 @@ EXAMPLES = pathlib.Path(__file__).resolve().parents[2] / "apps" / "python" / "ex
 
 
 def run(name, *arguments, cwd):
-    environment = {**os.environ, "PYTHONPATH": str(pathlib.Path(nbd.__file__).parents[1])}
-    done = subprocess.run([sys.executable, EXAMPLES / name, *arguments], cwd=cwd, capture_output=True, text=True,
-                          env=environment)
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
+    printed, errors, status = run_python(EXAMPLES / name, *arguments, cwd=cwd)
+    assert status == 0, printed + errors
+    return printed
 
 
 def numbers(pattern, text):

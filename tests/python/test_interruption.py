@@ -14,17 +14,9 @@ import nbdtree as nbd
 
 
 @pytest.fixture(scope="module")
-def fine():
-    """A block of 2,197 nodes, whose calls take long."""
-    n = 13
-    node = np.arange(n**3).reshape(n, n, n)
-    corner = [node[i : n - 1 + i, j : n - 1 + j, k : n - 1 + k].ravel() for i in (0, 1) for j in (0, 1) for k in (0, 1)]
-    ways = ((1, 3), (3, 2), (2, 6), (6, 4), (4, 5), (5, 1))  # from corner 0 to corner 7 of a cell
-    T = np.vstack([np.stack([corner[i] for i in (0, a, b, 7)], axis=1) for a, b in ways])
-    X = np.stack(np.meshgrid(*[np.linspace(0, 1, n)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
-    if np.linalg.det(X[T[:1, 1:]] - X[T[:1, :1]])[0] < 0:
-        T = T[:, [0, 2, 1, 3]]
-    return nbd.make_body("block", nbd.TetMesh(X, T))
+def fine(assets):
+    """A body whose calls take long."""
+    return nbd.mesh_file(assets / "beam.obj", nodes=2200)
 
 
 @pytest.fixture(scope="module")

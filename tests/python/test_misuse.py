@@ -1,17 +1,13 @@
 """What must raise, and never crash, hang or stay silent."""
 
 import copy
-import os
-import pathlib
 import pickle
-import subprocess
 import sys
-import textwrap
 import threading
 
 import numpy as np
 import pytest
-from conftest import falling_beams, one_line, refused
+from conftest import falling_beams, one_line, output_of, refused
 
 import nbdtree as nbd
 
@@ -19,17 +15,6 @@ CLASSES = sorted(
     (item for item in vars(nbd).values() if isinstance(item, type) and item.__module__ == "nbdtree._nbdtree"
      and not issubclass(item, BaseException)),
     key=lambda item: item.__name__)
-
-
-PATHS = [pathlib.Path(nbd.__file__).parents[1], pathlib.Path(__file__).parent]
-
-
-def python(code, *arguments):
-    """Runs Python in a process of its own, which must end well; returns what it prints."""
-    run = subprocess.run([sys.executable, "-c", textwrap.dedent(code), *map(str, arguments)], capture_output=True,
-                         text=True, env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, PATHS))})
-    assert run.returncode == 0, run.stdout + run.stderr
-    return run.stdout
 
 
 def test_all_classes_are_known():
@@ -201,7 +186,7 @@ def test_a_progress_function_may_compute(beam, tmp_path):
 
 def test_another_interpreter_is_refused():
     pytest.importorskip("_xxsubinterpreters")
-    print_of = python("""
+    print_of = output_of("""
         import sys, nbdtree, _xxsubinterpreters as interpreters
         other = interpreters.create()
         try:
@@ -214,7 +199,7 @@ def test_another_interpreter_is_refused():
 
 
 def test_a_forked_process_works(beam_file, poses):
-    assert python("""
+    assert output_of("""
         import os, sys, nbdtree as nbd
         body = nbd.load_body(sys.argv[1])
         nbd.vibration_modes(body, 4)
@@ -230,7 +215,7 @@ def test_a_forked_process_works(beam_file, poses):
 
 
 def test_a_process_forked_beside_a_call_ends(beam_file):
-    assert python("""
+    assert output_of("""
         import os, sys, threading, nbdtree as nbd
         from in_a_call import wait_for_a_call
         body = nbd.load_body(sys.argv[1])
@@ -246,7 +231,7 @@ def test_a_process_forked_beside_a_call_ends(beam_file):
 
 
 def test_a_process_forked_beside_a_call_that_holds_files_is_told_so(beam_file, poses, tmp_path):
-    assert python("""
+    assert output_of("""
         import os, sys, threading, nbdtree as nbd
         body, path = nbd.load_body(sys.argv[1]), sys.argv[2]
         holds, forked = threading.Event(), threading.Event()
@@ -270,7 +255,7 @@ def test_a_process_forked_beside_a_call_that_holds_files_is_told_so(beam_file, p
 
 
 def test_the_end_of_the_interpreter_finds_everything_alive(beam_file):
-    assert python("""
+    assert output_of("""
         import atexit, builtins, sys, nbdtree as nbd
         body = nbd.load_body(sys.argv[1])
         world, tree = nbd.World({"bodies": [{"body": body}]}), nbd.PosedTree(nbd.tree_of_body(body))

@@ -98,31 +98,23 @@ def test_files_that_are_not_there_are_named(tmp_path):
             read(tmp_path / "none.obj")
 
 
-def open_scan():
-    """A sphere of 800 faces with a hole, a face twice, a flat face and a vertex that no face uses."""
-    rings, sides = 20, 20
-    polar, around = np.meshgrid(np.linspace(0.3, np.pi, rings + 1), np.linspace(0, 2 * np.pi, sides, endpoint=False),
-                                indexing="ij")
-    X = np.stack([np.sin(polar) * np.cos(around), np.sin(polar) * np.sin(around), np.cos(polar)], -1).reshape(-1, 3)
-    F = []
-    for i in range(rings):
-        for j in range(sides):
-            a, b = sides * i + j, sides * i + (j + 1) % sides
-            F += [[a, a + sides, b], [b, a + sides, b + sides]]
-    return nbd.TriMesh(np.vstack([X, [[9, 9, 9]]]), F + [F[0], [5, 5, 6]])
+@pytest.fixture(scope="module")
+def scan(assets):
+    """A beam with a hole, a face twice, a flat face and a vertex that no face uses."""
+    beam = nbd.read_surface(assets / "beam.obj")
+    return nbd.TriMesh(np.vstack([beam.X, [[9, 9, 9]]]), np.vstack([beam.F[1:], beam.F[1:2], [[5, 5, 6]]]))
 
 
-def test_a_scan_is_caged_and_its_defects_are_told():
-    scan = open_scan()
+def test_a_scan_is_caged_and_its_defects_are_told(scan):
     body, report = nbd.make_cage_body("scan", scan, 300, nbd.Material(young=2e5))
     assert len(body.X) == pytest.approx(300, rel=0.1) and body.name == "scan" and body.material.young == 2e5
     defects = report.defects
-    assert defects["open_edges"] >= 20 and defects["duplicate_faces"] >= 1 and defects["repeating_faces"] == 1
+    assert defects["open_edges"] > 0 and defects["duplicate_faces"] == 1 and defects["repeating_faces"] == 1
     assert defects["unreferenced_vertices"] == 1 and 0 < report.distance < 1 and report.tets_optimised >= 0
     quality = nbd.tet_quality(body.tets)
     edges = body.X[body.T[:, 1:]] - body.X[body.T[:, :1]]
     assert report.volume == pytest.approx(quality.volume) == pytest.approx(np.linalg.det(edges).sum() / 6)
-    assert 4 / 3 * np.pi * 0.9 < quality.volume and quality.tets == len(body.T) == sum(quality.radius_ratio_histogram)
+    assert quality.tets == len(body.T) == sum(quality.radius_ratio_histogram)
     assert quality.poor == quality.radius_ratio_histogram[0] or quality.poor > 0
     assert 0 < quality.radius_ratio_min <= quality.radius_ratio_mean <= 1
     assert "cage:" in str(report) and len(str(quality).splitlines()) > 3
@@ -131,13 +123,13 @@ def test_a_scan_is_caged_and_its_defects_are_told():
     assert body.W[0].min() >= 0 and len(body.F) == len(scan.F) - 1
 
 
-def test_cages_that_cannot_be_are_refused():
-    for nodes, surface, text in [(10, open_scan(), "a cage of 10 nodes; allowed: 50 to 200000"),
+def test_cages_that_cannot_be_are_refused(scan):
+    for nodes, surface, text in [(10, scan, "a cage of 10 nodes; allowed: 50 to 200000"),
                                  (100, nbd.TriMesh(np.zeros((3, 3)), [[0, 1, 2]]), "")]:
         with refused(ValueError, text):
             nbd.make_cage_body("x", surface, nodes)
     with refused(ValueError, "name: has a control character; allowed: one line of text", whole=True):
-        nbd.make_cage_body("a\nb", open_scan(), 100)
+        nbd.make_cage_body("a\nb", scan, 100)
 
 
 def test_devices_and_folders_are_not_written_over(beam, tree_file, tmp_path):

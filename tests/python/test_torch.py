@@ -7,7 +7,7 @@ import sys
 
 import numpy as np
 import pytest
-from conftest import refused
+from conftest import folded, refused
 
 torch = pytest.importorskip("torch")
 
@@ -44,19 +44,14 @@ def test_edges_are_those_of_the_tetrahedra(beam, poses):
 def test_contacts_are_those_of_the_surface(assets, tmp_path):
     """A beam that is folded until its halves touch, in the second of two frames."""
     body = nbd.mesh_file(assets / "beam.obj")
-    x = body.X.copy()
-    middle = x[:, 0].mean()
-    folded = x.copy()
-    folded[x[:, 0] > middle, 0] = 2 * middle - x[x[:, 0] > middle, 0]
-    folded[:, 1] += 0.3 * x[:, 0]
     with nbd.RecordingWriter(tmp_path / "fold.h5") as writer:
-        handle = writer.begin_trajectory(len(x), 0, body_hash=body.hash)
-        for time, frame in enumerate((x, folded)):
+        handle = writer.begin_trajectory(len(body.X), 0, body_hash=body.hash)
+        for time, frame in enumerate((body.X, folded(body.X))):
             writer.add_frame(handle, time, frame)
     data = nbdtree.torch.Dataset(tmp_path / "fold.h5", body, window=2, part="all", contact_distance=0.01)
     none, some = data[0]["contacts"]
     assert len(none) == 0 and len(some) > 0
-    surface = body.surface_positions(folded)
+    surface = body.surface_positions(folded(body.X))
     a, b = (surface[body.F[some[:, k]]].mean(axis=1) for k in (0, 1))
     assert np.linalg.norm(a - b, axis=1).max() < 0.3
 

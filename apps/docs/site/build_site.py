@@ -26,8 +26,7 @@ from staging import Staging
 
 THEME = Path("/usr/share/mkdocs/themes/material")
 MARKER = ".made_by_build_site"  # in the folders that a build makes; mkdocs leaves hidden files in place
-REFERENCES = {"assets/scenes/schema/scene.schema.json": "reference/scene.md", "assets/recipes/recipe.schema.json": "reference/recipe.md",
-              "apps/python/nbdtree/__init__.pyi": "reference/python.md"}
+REFERENCES = {"assets/scenes/schema/scene.schema.json": "reference/scene.md", "assets/recipes/recipe.schema.json": "reference/recipe.md"}
 SCENE = """Keys of a [scene file](../assets/scenes/README.md), made from `assets/scenes/schema/scene.schema.json`, which a test holds against the
 parser. All keys without the word *required* may be left out. An unknown key is an error that names the nearest known one."""
 RECIPE = """Keys of a [recipe](../apps/docs/datasets.md#recipes), made from `assets/recipes/recipe.schema.json`, which a test holds
@@ -68,7 +67,7 @@ def write_references(staging, source, build):
         staging.write(Path(REFERENCES[path]), SchemaPage(schema, title, introduction).text)
     sys.path.insert(0, str(build / "python"))
     module = importlib.import_module("nbdtree")
-    stubs = (source / "apps/python/nbdtree/__init__.pyi").read_text()
+    stubs = (build / "python" / "nbdtree" / "__init__.pyi").read_text()
     staging.write(Path("reference/python.md"), python_page(module, stubs))
     program, benchmarks = build / "apps" / "nbdtree", build / "apps" / "nbdtree-bench"
     commands = list_page(program, "Commands") + common_options(program)

@@ -1,13 +1,13 @@
 #include "apps/python/bindings/arrays.hpp"
 
 #include <fmt/format.h>
-#include <pybind11/stl/filesystem.h>
 
 #include <algorithm>
 #include <cctype>
-#include <limits>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
+#include <utility>
 
 namespace nbd::python {
 namespace {
@@ -17,99 +17,57 @@ std::string describe(const py::array& array) {
                        std::string(py::str(array.attr("shape"))));
 }
 
-template <class Scalar>
-constexpr const char* number_name() {
-    return std::is_same_v<Scalar, std::int32_t> ? "whole numbers" : "numbers";
-}
+std::string type_of(py::handle value) { return py::str(py::type::of(value)); }
 
-/// Whether numpy may convert the array's numbers to Scalar.
-template <class Scalar>
-bool converts(const py::array& array) {
-    const char kind = array.dtype().kind();
-    const bool is_whole = kind == 'i' || kind == 'u';
-    return std::is_same_v<Scalar, std::int32_t> ? is_whole : is_whole || kind == 'f';
-}
-
-/// As whole numbers in the range of int32. Throws std::invalid_argument for others.
-py::array_t<std::int32_t, py::array::c_style> narrowed(const py::array& array, const char* name) {
-    const auto wide = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>::ensure(array);
-    const std::span<const std::int64_t> all(wide.data(), wide.size());
-    for (const std::int64_t number : all)
-        if (number < std::numeric_limits<std::int32_t>::min() ||
-            number > std::numeric_limits<std::int32_t>::max())
+/// Throws std::invalid_argument for whole numbers out of the range of int32.
+void check_range(const py::array& array, const char* name) {
+    if (py::isinstance<py::array_t<std::int32_t>>(array)) return;
+    const auto wide = Numbers<std::int64_t>::ensure(array);
+    for (const std::int64_t number : std::span(wide.data(), wide.size()))
+        if (!std::in_range<std::int32_t>(number))
             throw std::invalid_argument(fmt::format("{}: {} is too large; allowed: int32", name, number));
-    return py::array_t<std::int32_t, py::array::c_style | py::array::forcecast>::ensure(array);
-}
-
-template <class Scalar>
-py::array_t<Scalar, py::array::c_style> converted(const py::array& array, const char* name) {
-    if constexpr (std::is_same_v<Scalar, std::int32_t>) {
-        if (!py::isinstance<py::array_t<std::int32_t>>(array)) return narrowed(array, name);
-    }
-    return py::array_t<Scalar, py::array::c_style | py::array::forcecast>::ensure(array);
-}
-
-py::array array_from(py::handle value, const char* name, const char* wanted) {
-    py::array array = py::array::ensure(value);
-    if (!array) {
-        PyErr_Clear();
-        throw std::invalid_argument(
-            fmt::format("{}: is {}; allowed: {}", name, std::string(py::str(py::type::of(value))), wanted));
-    }
-    return array;
-}
-
-/// An array of one dimension.
-template <class Scalar>
-py::array_t<Scalar, py::array::c_style> flat(py::handle value, const char* name) {
-    const std::string wanted = fmt::format("an array of {}, one dimension", number_name<Scalar>());
-    const py::array array = array_from(value, name, wanted.c_str());
-    if (array.ndim() != 1 || (array.size() > 0 && !converts<Scalar>(array)))
-        throw std::invalid_argument(fmt::format("{}: is {}; allowed: {}", name, describe(array), wanted));
-    return converted<Scalar>(array, name);
 }
 
 }  // namespace
 
-py::array_t<int> pair_array(std::span<const FacePair> pairs) {
-    static_assert(sizeof(FacePair) == 2 * sizeof(int));
-    py::array_t<int> array({static_cast<py::ssize_t>(pairs.size()), py::ssize_t{2}});
-    std::copy_n(reinterpret_cast<const int*>(pairs.data()), 2 * pairs.size(), array.mutable_data());
-    return array;
-}
-
 template <class Scalar>
-Rows<Scalar>::Rows(py::handle value, const char* name, int columns) {
-    const std::string wanted = fmt::format("an array of {}, [n, {}]", number_name<Scalar>(),
-                                           columns > 0 ? fmt::to_string(columns) : "m");
-    const py::array array = array_from(value, name, wanted.c_str());
-    const bool is_empty_list = array.ndim() == 1 && array.size() == 0 && columns > 0;
-    if (is_empty_list) {
-        array_ = py::array_t<Scalar, py::array::c_style>(std::vector<py::ssize_t>{0, columns});
-        return;
+Numbers<Scalar> numbers_from(py::handle value, const char* name, int columns) {
+    constexpr bool takes_whole = std::is_same_v<Scalar, std::int32_t>;
+    const auto refuse = [&](const std::string& what) {
+        throw std::invalid_argument(fmt::format(
+            "{}: is {}; allowed: an array of {}, {}", name, what, takes_whole ? "whole numbers" : "numbers",
+            columns > 0 ? fmt::format("[n, {}]", columns) : "one dimension"));
+    };
+    const py::array array = py::array::ensure(value);
+    if (!array) {
+        PyErr_Clear();
+        refuse(type_of(value));
     }
-    if (array.ndim() != 2 || (columns > 0 && array.shape(1) != columns) ||
-        (array.size() > 0 && !converts<Scalar>(array)))
-        throw std::invalid_argument(fmt::format("{}: is {}; allowed: {}", name, describe(array), wanted));
-    array_ = converted<Scalar>(array, name);
+    const bool is_empty_list = array.ndim() == 1 && array.size() == 0;
+    if (is_empty_list && columns > 0) return Numbers<Scalar>(std::vector<py::ssize_t>{0, columns});
+    const char kind = array.dtype().kind();
+    const bool is_whole = kind == 'i' || kind == 'u', converts = is_whole || (kind == 'f' && !takes_whole);
+    const bool fits = columns > 0 ? array.ndim() == 2 && array.shape(1) == columns : array.ndim() == 1;
+    if (!fits || (array.size() > 0 && !converts)) refuse(describe(array));
+    if (takes_whole) check_range(array, name);
+    return Numbers<Scalar>::ensure(array);
 }
 
-template <class Scalar>
-void Rows<Scalar>::expect(Eigen::Index rows, const char* name, const char* each) const {
-    if (count() != rows)
+template Numbers<double> numbers_from<double>(py::handle, const char*, int);
+template Numbers<float> numbers_from<float>(py::handle, const char*, int);
+template Numbers<std::int32_t> numbers_from<std::int32_t>(py::handle, const char*, int);
+
+void expect_nodes(Eigen::Index rows, Eigen::Index nodes) {
+    if (rows != nodes)
         throw std::invalid_argument(
-            fmt::format("{}: has {} rows; allowed: {}, one for each {}", name, count(), rows, each));
+            fmt::format("x: has {} rows; allowed: {}, one for each node", rows, nodes));
 }
-
-template class Rows<double>;
-template class Rows<float>;
-template class Rows<std::int32_t>;
 
 ReferredVertices::ReferredVertices(py::handle value, const char* name, Eigen::Index rows, bool check)
     : rows_(rows) {
     if (!py::isinstance<py::array>(value))
-        throw std::invalid_argument(fmt::format("{}: is {}; allowed: a numpy array, which is referred to",
-                                                name, std::string(py::str(py::type::of(value)))));
+        throw std::invalid_argument(
+            fmt::format("{}: is {}; allowed: a numpy array, which is referred to", name, type_of(value)));
     const auto array = py::reinterpret_borrow<py::array>(value);
     const bool fits = py::isinstance<py::array_t<float, py::array::c_style>>(array) && array.ndim() == 2 &&
                       array.shape(0) == rows && array.shape(1) == 3;
@@ -124,16 +82,6 @@ ReferredVertices::ReferredVertices(py::handle value, const char* name, Eigen::In
         throw std::invalid_argument(fmt::format("{}: has a number that is not finite", name));
 }
 
-std::vector<int> index_list(py::handle value, const char* name) {
-    const auto array = flat<std::int32_t>(value, name);
-    return {array.data(), array.data() + array.size()};
-}
-
-std::vector<double> number_list(py::handle value, const char* name) {
-    const auto array = flat<double>(value, name);
-    return {array.data(), array.data() + array.size()};
-}
-
 void check_line(const std::string& text, const char* name) {
     if (std::ranges::any_of(text, [](unsigned char c) { return std::iscntrl(c); }))
         throw std::invalid_argument(
@@ -144,8 +92,7 @@ std::filesystem::path path_from(py::handle value, const char* name) {
     try {
         return value.cast<std::filesystem::path>();
     } catch (const py::cast_error&) {
-        throw std::invalid_argument(
-            fmt::format("{}: is {}; allowed: a path", name, std::string(py::str(py::type::of(value)))));
+        throw std::invalid_argument(fmt::format("{}: is {}; allowed: a path", name, type_of(value)));
     }
 }
 
@@ -160,11 +107,12 @@ Embedding embedding_from(py::handle given, const char* name, Eigen::Index node_c
         if (!is_tuple && !py::hasattr(value, names[i]))
             throw std::invalid_argument(
                 fmt::format("{}: is {}; allowed: (data, indices, indptr) or scipy.sparse.csr_matrix", name,
-                            std::string(py::str(py::type::of(value)))));
+                            type_of(value)));
         parts[i] = is_tuple ? py::object(value[py::int_(i)]) : py::object(value.attr(names[i]));
     }
-    const auto data = flat<double>(parts[0], name);
-    const auto columns = flat<std::int32_t>(parts[1], name), ends = flat<std::int32_t>(parts[2], name);
+    const auto data = numbers_from<double>(parts[0], name, 0);
+    const auto columns = numbers_from<std::int32_t>(parts[1], name, 0),
+               ends = numbers_from<std::int32_t>(parts[2], name, 0);
     const auto rows = ends.size() - 1;
     bool fits = rows >= 1 && data.size() == columns.size() && ends.at(0) == 0 && ends.at(rows) == data.size();
     for (py::ssize_t row = 0; fits && row < rows; ++row) fits = ends.at(row) <= ends.at(row + 1);

@@ -1,7 +1,10 @@
 #include <fmt/format.h>
-#include <pybind11/stl.h>
-#include <pybind11/stl/filesystem.h>
 #include <tbb/global_control.h>
+
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+#include <string>
 
 #include "apps/check/check_file.hpp"
 #include "apps/cli/output_paths.hpp"
@@ -13,6 +16,7 @@
 #include "apps/python/bindings/arrays.hpp"
 #include "apps/python/bindings/bindings.hpp"
 #include "apps/python/bindings/long_call.hpp"
+#include "apps/python/bindings/typed.hpp"
 #include "collision/base/notice.hpp"
 #include "meshing/body/body_hints.hpp"
 #include "training/files/dataset_manifest.hpp"
@@ -28,10 +32,11 @@ void check_count(const char* name, int count, int most) {
 }
 
 /// The ranges of a recipe: a dictionary, or the file at a path.
-RecipeRanges ranges_from(const py::object& recipe, std::optional<double> strength) {
+RecipeRanges ranges_from(py::handle recipe, std::optional<double> strength) {
     RecipeRanges ranges;
     if (py::hasattr(recipe, "keys")) {
-        const py::object text = py::module_::import("json").attr("dumps")(py::dict(recipe));
+        const py::object text =
+            py::module_::import("json").attr("dumps")(py::dict(py::reinterpret_borrow<py::object>(recipe)));
         ranges = parse_recipe_ranges(text.cast<std::string>());
     } else if (!recipe.is_none()) {
         ranges = load_recipe_ranges(path_from(recipe, "recipe"));
@@ -70,10 +75,11 @@ void produce(const Body& body, const DatasetPlan& plan, const path& file, const 
 }
 
 void make_dataset(const Body& body, const path& file, int trajectories, int frames, std::uint64_t seed,
-                  std::optional<double> strength, const py::object& recipe, double frame_interval,
-                  int steps_per_frame, bool self_contact, bool intersection_free, double held_out,
-                  int per_shard, const std::string& licence, const std::string& hold_out, bool contact_forces,
-                  bool stress, bool deformation_gradients, bool contact_edges, const py::object& function) {
+                  std::optional<double> strength, const Typed<"Union[Path, Mapping[str, Any], None]">& recipe,
+                  double frame_interval, int steps_per_frame, bool self_contact, bool intersection_free,
+                  double held_out, int per_shard, const std::string& licence, const std::string& hold_out,
+                  bool contact_forces, bool stress, bool deformation_gradients, bool contact_edges,
+                  const ProgressFunction& function) {
     DatasetPlan plan;
     plan.hold_out = hold_out;
     plan.extras.fields[FrameField::contact_forces] = contact_forces;
@@ -110,14 +116,9 @@ void make_dataset(const Body& body, const path& file, int trajectories, int fram
     progress.check();
 }
 
-py::dict manifest_of(const path& file) {
+Typed<"dict[str, Any]"> manifest_of(const path& file) {
     const auto manifest = long_call<FileCall>([&] { return read_dataset_manifest(file); });
     const py::object read = py::module_::import("json").attr("loads");
-    py::dict all;
-    all["train_trajectories"] = manifest.train_trajectories;
-    all["held_out_trajectories"] = manifest.held_out_trajectories;
-    all["plan"] = read(manifest.plan);
-    all["variety"] = read(manifest.variety);
     py::dict splits;
     const DatasetSplit drawn = manifest.split(trajectory_split);
     splits[trajectory_split] = py::dict(py::arg("train") = drawn.train, py::arg("held_out") = drawn.held_out);
@@ -125,8 +126,10 @@ py::dict manifest_of(const path& file) {
         splits[split.name.c_str()] =
             py::dict(py::arg("train") = split.train, py::arg("held_out") = split.held_out,
                      py::arg("rule") = read(split.rule));
-    all["splits"] = splits;
-    return all;
+    return py::dict(py::arg("train_trajectories") = manifest.train_trajectories,
+                    py::arg("held_out_trajectories") = manifest.held_out_trajectories,
+                    py::arg("plan") = read(manifest.plan), py::arg("variety") = read(manifest.variety),
+                    py::arg("splits") = splits);
 }
 
 }  // namespace
@@ -154,20 +157,14 @@ void bind_datasets(py::module_& m) {
         "What a dataset says of itself: train_trajectories and held_out_trajectories, by their ids; plan, "
         "which determines its content; variety, how much its poses differ; splits, by their names, each with "
         "train, held_out and, of a split by a parameter, its rule.");
-    m.def(
-        "is_dataset",
-        [](const path& file) {
-            const FileCall call;
-            return is_dataset_view(file);
-        },
-        py::arg("path"), "Whether the file is a dataset, a recording in shards with a manifest.");
+    m.def("is_dataset", &is_dataset_view, py::arg("path"), UsesFiles(),
+          "Whether the file is a dataset, a recording in shards with a manifest.");
     m.def(
         "check_file",
         [](const path& file, const std::optional<path>& body) {
-            const FileCall call;
             return check_file(file, body.value_or(path()));
         },
-        py::arg("path"), py::arg("body") = py::none(),
+        py::arg("path"), py::arg("body") = py::none(), UsesFiles(),
         "Checks a file as `nbdtree inspect --check` does and returns one line. "
         "body: the file of the body that it must belong to. Raises RuntimeError, one line, on a defect.");
 }

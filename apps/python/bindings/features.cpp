@@ -1,11 +1,10 @@
 #include <fmt/format.h>
-#include <pybind11/stl.h>
 
 #include <algorithm>
-#include <array>
 #include <deque>
 #include <memory>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,70 +12,55 @@
 #include "apps/python/bindings/arrays.hpp"
 #include "apps/python/bindings/bindings.hpp"
 #include "apps/python/bindings/long_call.hpp"
+#include "apps/python/bindings/typed.hpp"
 #include "collision/continuous/feature_query.hpp"
 
 namespace nbd::python {
 namespace {
 
 /// A moving body. Its faces and edges are copies, so that they can be read while a query has the body.
-struct MovingBodyObject {
+struct MovingBodyObject : Lockable {
     explicit MovingBodyObject(MovingBody made)
-        : body(std::move(made)), F(body.F()), edges(body.features().edges) {}
+        : Lockable("MovingBody"), body(std::move(made)), F(body.F()), edges(body.features().edges) {}
 
     MovingBody body;
     Faces F;
     SurfaceFeatures::Pairs edges;
-    Lockable lock;
 };
 
-BodyRole role_named(const std::string& name) {
-    if (name == "body") return BodyRole::body;
-    if (name == "obstacle") return BodyRole::obstacle;
-    throw std::invalid_argument(fmt::format("role: is \"{}\"; allowed: body, obstacle", name));
-}
-
-MovingBody moving_body(py::handle X, py::handle F, const std::string& role) {
-    const NodeRows vertices(X, "X", 3);
-    const IndexRows faces(F, "F", 3);
-    const BodyRole as = role_named(role);
+std::unique_ptr<MovingBodyObject> moving_body(const Rows<Nodes, "X">& X, const Rows<Faces, "F">& F,
+                                              const std::string& name) {
+    constexpr std::pair<const char*, BodyRole> roles[] = {{"body", BodyRole::body},
+                                                          {"obstacle", BodyRole::obstacle}};
+    const BodyRole role = value_named<BodyRole>("role", name, roles);
     const LongCall call;
-    return {vertices.as<Nodes>(), faces.as<Faces>(), as};
+    return std::make_unique<MovingBodyObject>(MovingBody(*X, *F, role));
 }
 
-void move(MovingBodyObject& self, py::handle begin, py::handle end) {
-    const NodeRows from(begin, "begin", 3), to(end, "end", 3);
-    const Use use(self.lock, "MovingBody");
-    const LongCall call;
-    self.body.move(from.as<Nodes>(), to.as<Nodes>());
+void move(const Used<MovingBodyObject>& self, const Rows<Nodes, "begin">& begin,
+          const Rows<Nodes, "end">& end) {
+    self->body.move(*begin, *end);
 }
 
-py::array positions(MovingBodyObject& self, double share) {
+void stay(const Used<MovingBodyObject>& self, const Rows<Nodes, "x">& x) { self->body.pose(*x); }
+
+Nodes positions(const Used<MovingBodyObject>& self, double share) {
     if (!(share >= 0 && share <= 1))
         throw std::invalid_argument(fmt::format("share: is {}; allowed: 0 to 1", share));
-    const Use use(self.lock, "MovingBody");
-    return owned(self.body.at(share));
+    return self->body.at(share);
 }
 
-struct FeatureQueryObject {
+struct FeatureQueryObject : Lockable {
+    FeatureQueryObject() : Lockable("query") {}
     FeatureQuery query;
-    Lockable lock;
 };
 
 /// The bodies of a list in a row, as the library takes them, while no other thread uses one of them.
 class InARow {
  public:
-    explicit InARow(const std::vector<MovingBodyObject*>& objects) : objects_(objects) {
-        if (const auto none = std::ranges::find(objects, nullptr); none != objects.end())
-            throw std::invalid_argument(
-                fmt::format("bodies[{}]: is None; allowed: a MovingBody", none - objects.begin()));
-        std::vector<MovingBodyObject*> sorted = objects;
-        std::ranges::sort(sorted);
-        if (std::ranges::adjacent_find(sorted) != sorted.end())
-            throw std::invalid_argument("bodies: one MovingBody is there twice");
-        for (MovingBodyObject* object : objects) {
-            held_.push_back(py::cast(object, py::return_value_policy::reference));
-            uses_.emplace_back(object->lock, "MovingBody");
-        }
+    explicit InARow(const std::vector<MovingBodyObject*>& objects)
+        : objects_(objects), kept_(keep(objects, "MovingBody")) {
+        for (MovingBodyObject* object : objects) uses_.emplace_back(*object);
         bodies_.reserve(objects.size());
         for (MovingBodyObject* object : objects) bodies_.push_back(std::move(object->body));
     }
@@ -90,18 +74,10 @@ class InARow {
 
  private:
     std::vector<MovingBodyObject*> objects_;
-    std::vector<py::object> held_;  // another thread may empty the list
+    std::vector<py::object> kept_;
     std::deque<Use> uses_;
     std::vector<MovingBody> bodies_;
 };
-
-template <class Ask>
-auto answer(FeatureQueryObject& self, const std::vector<MovingBodyObject*>& objects, const Ask& ask) {
-    const Use use(self.lock, "query");
-    InARow row(objects);
-    const LongCall call;
-    return ask(self.query, row.bodies());
-}
 
 const char* name(FeatureKind kind) noexcept {
     return kind == FeatureKind::vertex_face ? "vertex_face" : "edge_edge";
@@ -119,36 +95,29 @@ FeatureRows rows_of(std::span<const FeaturePair> pairs, FeatureKind kind) {
     return rows;
 }
 
-py::dict candidates(FeatureQueryObject& self, const std::vector<MovingBodyObject*>& bodies, double distance) {
-    std::array<FeatureRows, 2> found =
-        answer(self, bodies, [distance](FeatureQuery& query, std::span<MovingBody> row) {
-            const auto pairs = query.candidates(row, distance);
-            return std::array{rows_of(pairs, FeatureKind::vertex_face),
-                              rows_of(pairs, FeatureKind::edge_edge)};
-        });
-    py::dict all;
-    all[name(FeatureKind::vertex_face)] = owned(std::move(found[0]));
-    all[name(FeatureKind::edge_edge)] = owned(std::move(found[1]));
-    return all;
+Typed<"FeaturePairs"> candidates(const Used<FeatureQueryObject>& self,
+                                 const std::vector<MovingBodyObject*>& bodies, double distance) {
+    InARow row(bodies);
+    auto [vertex_face, edge_edge] = long_call([&] {
+        const auto pairs = self->query.candidates(row.bodies(), distance);
+        return std::pair(rows_of(pairs, FeatureKind::vertex_face), rows_of(pairs, FeatureKind::edge_edge));
+    });
+    return py::dict(py::arg("vertex_face") = std::move(vertex_face),
+                    py::arg("edge_edge") = std::move(edge_edge));
 }
 
-py::dict free_step(FeatureQueryObject& self, const std::vector<MovingBodyObject*>& bodies, double separation,
-                   double left) {
+Typed<"FreeStep"> free_step(const Used<FeatureQueryObject>& self,
+                            const std::vector<MovingBodyObject*>& bodies, double separation, double left) {
+    InARow row(bodies);
     const FreeStep step =
-        answer(self, bodies, [separation, left](FeatureQuery& query, std::span<MovingBody> row) {
-            return query.collision_free_step(row, separation, left);
-        });
+        long_call([&] { return self->query.collision_free_step(row.bodies(), separation, left); });
     py::object limit = py::none();
     if (step.limit) {
         const FeaturePair& pair = *step.limit;
         limit = py::make_tuple(name(pair.kind), pair.surface_a, pair.surface_b, pair.a, pair.b);
     }
-    py::dict all;
-    all["share"] = step.share;
-    all["limit"] = limit;
-    all["gap"] = step.gap;
-    all["exhausted"] = step.exhausted;
-    return all;
+    return py::dict(py::arg("share") = step.share, py::arg("limit") = limit, py::arg("gap") = step.gap,
+                    py::arg("exhausted") = step.exhausted);
 }
 
 }  // namespace
@@ -157,23 +126,16 @@ void bind_features(py::module_& m) {
     py::class_<MovingBodyObject>(m, "MovingBody", py::is_final(),
                                  "A surface whose vertices move straight from one pose to another, or stay "
                                  "in a pose, for FeatureQuery. It may be open, in any unit of length.")
-        .def(py::init([](py::handle X, py::handle F, const std::string& role) {
-                 return std::make_unique<MovingBodyObject>(moving_body(X, F, role));
-             }),
-             py::arg("X"), py::arg("F"), py::arg("role") = "body",
+        .def(py::init(&moving_body), py::arg("X"), py::arg("F"), py::arg("role") = "body",
              "X: positions in any pose, [n, 3], float64, where the body is until move(). F: faces [m, 3]. "
              "role: body, which meets others and itself; obstacle, which meets bodies alone. Copied.")
-        .def("move", &move, py::arg("begin"), py::arg("end"),
+        .def("move", &move, py::arg("begin"), py::arg("end"), Computes(),
              "Starts a step from one pose to another, [n, 3]; copied.")
-        .def(
-            "pose", [](MovingBodyObject& self, py::handle x) { move(self, x, x); }, py::arg("x"),
-            "The body stays here; copied.")
+        .def("pose", &stay, py::arg("x"), Computes(), "The body stays here; copied.")
         .def("at", &positions, py::arg("share"), "Positions after a share of the step, [n, 3].")
-        .def_property_readonly(
-            "F", [](py::object self) { return view(self.cast<const MovingBodyObject&>().F, self); },
-            "Faces [m, 3], int32. Refers to the body.")
-        .def_property_readonly(
-            "edges", [](py::object self) { return view(self.cast<const MovingBodyObject&>().edges, self); },
+        .def_readonly("F", &MovingBodyObject::F, "Faces [m, 3], int32. Refers to the body.")
+        .def_readonly(
+            "edges", &MovingBodyObject::edges,
             "Edges, each once, [e, 2] vertices, int32: pairs of edges name their rows. Refers to the body.");
     py::class_<FeatureQueryObject>(
         m, "FeatureQuery", py::is_final(),

@@ -104,7 +104,7 @@ void raise_stop(const std::string& what_is_kept) {
     throw Stopped(what_is_kept);
 }
 
-Progress::Progress(py::object function, Stoppable& stoppable)
+Progress::Progress(ProgressFunction function, Stoppable& stoppable)
     : function_(std::move(function)), stoppable_(stoppable) {
     if (!function_.is_none() && !PyCallable_Check(function_.ptr()))
         throw std::invalid_argument("progress: is not callable; allowed: a function(what, done, total)");

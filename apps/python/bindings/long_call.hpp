@@ -3,13 +3,19 @@
 #include <pybind11/pybind11.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <exception>
+#include <filesystem>
 #include <mutex>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "apps/cli/output_paths.hpp"
+#include "apps/python/bindings/typed.hpp"
 #include "collision/base/stop.hpp"
 #include "sim/factor/blas.hpp"
 
@@ -77,7 +83,7 @@ class Stoppable {
 };
 
 /// Raises what the signal handlers of Python raise, KeyboardInterrupt for Ctrl-C. Call it after a call that
-/// was stopped; throws Stopped where no handler raises.
+/// was stopped; throws Stopped where no handler raises. what_is_kept: says it, and what to do.
 [[noreturn]] void raise_stop(const std::string& what_is_kept);
 
 /// Returns work(), which runs as a long call.
@@ -87,24 +93,28 @@ auto long_call(const Work& work) {
     return work();
 }
 
-/// The same, which Ctrl-C stops where the library calls stop_if_asked(). Throws as raise_stop() then; nothing
-/// of the work is kept.
-template <class Call = LongCall, class Work>
-auto stoppable(const Work& work) {
-    const Stoppable stop;
-    try {
-        return long_call<Call>(work);
-    } catch (const StopAsked&) {
-        raise_stop("the call was stopped, nothing of it is kept");
-    }
+// For functions whose arguments and results are of C++ alone: all of the function is a long call, which
+// Ctrl-C stops where the library calls stop_if_asked(). Nothing of a call that was stopped is kept.
+using Computes = py::call_guard<LongCall>;
+using UsesFiles = py::call_guard<FileCall>;
+using ComputesLong = py::call_guard<Stoppable, LongCall>;
+using UsesFilesLong = py::call_guard<Stoppable, FileCall>;
+
+/// Writes an object to a file by write(path, object), after check_output().
+template <auto write, class Object>
+void write_checked(const std::filesystem::path& file, const Object& object) {
+    check_output(file, {});
+    write(file, object);
 }
+
+using ProgressFunction = Typed<"Optional[Progress]">;
 
 /// A function of the caller that is told how far a long call is: function(what, done, total). What it raises
 /// stops the call and is raised by check().
 class Progress {
  public:
     /// stoppable: of the call; must outlive this object.
-    Progress(py::object function, Stoppable& stoppable);
+    Progress(ProgressFunction function, Stoppable& stoppable);
 
     /// From any thread.
     void tell(std::string_view what, double done, double total) noexcept;
@@ -127,16 +137,19 @@ void end_calls();
 /// An object of ours that only one thread at a time may use.
 class Lockable {
  public:
-    Lockable() = default;
+    /// name: of its class, for messages.
+    explicit Lockable(const char* name) : name_(name) {}
 
  private:
     friend class Use;
+    const char* name_;
     std::atomic<bool> is_used_ = false;
 };
 
 /// Marks an object as used while alive. Throws std::runtime_error, naming it, where another thread uses it.
 class Use {
  public:
+    explicit Use(Lockable& object) : Use(object, object.name_) {}
     Use(Lockable& object, const char* name) : object_(object) {
         if (object_.is_used_.exchange(true))
             throw std::runtime_error(
@@ -151,4 +164,56 @@ class Use {
     Lockable& object_;
 };
 
+/// An argument that is a Lockable, in use during the call.
+template <class Object>
+class Used {
+ public:
+    explicit Used(Object& object) : object_(object), use_(object) {}
+
+    Object& operator*() const noexcept { return object_; }
+    Object* operator->() const noexcept { return &object_; }
+
+ private:
+    Object& object_;
+    Use use_;
+};
+
+/// Keeps the bodies of a list alive during a call, in which another thread may empty the list. name: of their
+/// class. Throws std::invalid_argument where one is None or there twice.
+template <class Object>
+std::vector<py::object> keep(const std::vector<Object*>& bodies, const char* name) {
+    std::vector<py::object> kept;
+    for (auto body = bodies.begin(); body != bodies.end(); ++body) {
+        if (!*body)
+            throw std::invalid_argument("bodies[" + std::to_string(body - bodies.begin()) +
+                                        "]: is None; allowed: a " + name);
+        if (std::find(bodies.begin(), body, *body) != body)
+            throw std::invalid_argument(std::string("bodies: one ") + name + " is there twice");
+        kept.push_back(py::cast(*body, py::return_value_policy::reference));
+    }
+    return kept;
+}
+
 }  // namespace nbd::python
+
+namespace pybind11::detail {
+
+template <class Object>
+struct type_caster<nbd::python::Used<Object>> {
+    using Argument = nbd::python::Used<Object>;
+    static constexpr auto name = make_caster<Object>::name;
+    template <class>
+    using cast_op_type = const Argument&;
+
+    bool load(handle source, bool convert) {
+        make_caster<Object> object;
+        if (!object.load(source, convert)) return false;
+        used.emplace(cast_op<Object&>(object));
+        return true;
+    }
+    operator const Argument&() const { return *used; }
+
+    std::optional<Argument> used;
+};
+
+}  // namespace pybind11::detail

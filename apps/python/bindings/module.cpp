@@ -2,12 +2,15 @@
 #include <pybind11/pybind11.h>
 #include <tbb/global_control.h>
 
+#include <exception>
 #include <memory>
 #include <stdexcept>
+#include <utility>
 
 #include "apps/python/bindings/bindings.hpp"
 #include "apps/python/bindings/long_call.hpp"
 #include "collision/base/notice.hpp"
+#include "collision/base/stop.hpp"
 #include "meshing/h5/version.hpp"
 
 namespace nbd::python {
@@ -30,6 +33,13 @@ PYBIND11_MODULE(_nbdtree, module) {
     set_notice_handler(warn);
     py::register_exception<Stopped>(module, "Stopped", PyExc_KeyboardInterrupt).attr("__doc__") =
         "A long call was stopped although no signal handler raised an exception.";
+    py::register_exception_translator([](std::exception_ptr thrown) {
+        try {
+            std::rethrow_exception(std::move(thrown));
+        } catch (const StopAsked&) {
+            raise_stop("the call was stopped, nothing of it is kept");
+        }
+    });
     // Python copies the module into further interpreters without calling it.
     module.def("_check_interpreter", [] {
         if (PyInterpreterState_Get() != PyInterpreterState_Main())
@@ -40,16 +50,13 @@ PYBIND11_MODULE(_nbdtree, module) {
                "Limits the threads that one call may use, from now on. Results do not depend on it.");
     bind_surfaces(module);
     bind_bodies(module);
-    bind_cages(module);
     bind_trees(module);
-    bind_posed_trees(module);
     bind_queries(module);
     bind_features(module);
     bind_worlds(module);
     bind_recordings(module);
     bind_datasets(module);
     bind_training(module);
-    bind_evaluation(module);
     guard(module);
     py::module_::import("atexit").attr("register")(py::cpp_function([] {
         end_calls();

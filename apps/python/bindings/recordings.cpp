@@ -1,14 +1,20 @@
 #include <fmt/format.h>
-#include <pybind11/stl.h>
-#include <pybind11/stl/filesystem.h>
 
+#include <algorithm>
+#include <filesystem>
+#include <memory>
 #include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "apps/cli/output_paths.hpp"
 #include "apps/cli/remap_recording.hpp"
 #include "apps/python/bindings/arrays.hpp"
 #include "apps/python/bindings/bindings.hpp"
 #include "apps/python/bindings/long_call.hpp"
+#include "apps/python/bindings/typed.hpp"
 #include "training/files/recording.hpp"
 #include "training/files/recording_format.hpp"
 #include "training/files/split.hpp"
@@ -18,95 +24,81 @@ namespace {
 
 using std::filesystem::path;
 
-struct ReaderObject {
-    std::unique_ptr<RecordingReader> reader;
-    Lockable lock;
-};
+struct ReaderObject : Lockable {
+    explicit ReaderObject(const path& file) : Lockable("RecordingReader"), reader(file) {}
 
-struct WriterObject {
-    std::unique_ptr<RecordingWriter> writer;  // null once it is finished or given up
-    std::vector<int> open;                    // handles
-    Lockable lock;
+    /// The trajectory's place. Throws IndexError if there is none.
+    int checked(int trajectory) const {
+        const int count = reader.trajectories().size();
+        if (trajectory < 0 || trajectory >= count)
+            throw py::index_error(fmt::format("trajectory: is {}; allowed: 0..{}", trajectory, count - 1));
+        return trajectory;
+    }
+    /// Number of frames from `begin` on that are asked for. Throws IndexError if there are not so many.
+    int frame_count(int trajectory, int begin, std::optional<int> count) const {
+        const int frames = reader.trajectories()[checked(trajectory)].frames;
+        const int wanted = count.value_or(frames - begin);
+        if (begin < 0 || wanted < 0 || begin > frames || wanted > frames - begin)
+            throw py::index_error(
+                fmt::format("frames: {} from {} on; the trajectory has {}", wanted, begin, frames));
+        return wanted;
+    }
 
-    std::vector<int>::iterator find(int handle) {
-        const auto found = std::ranges::find(open, handle);
-        if (found == open.end())
-            throw std::invalid_argument(fmt::format("handle: {} is of no open trajectory", handle));
-        return found;
-    }
-    RecordingWriter& get() const {
-        if (!writer) throw std::runtime_error("RecordingWriter: is closed");
-        return *writer;
-    }
+    RecordingReader reader;
 };
+using Reader = Used<ReaderObject>;
 
 std::unique_ptr<ReaderObject> open_recording(const path& file) {
     const FileCall call;
-    auto object = std::make_unique<ReaderObject>();
-    object->reader = std::make_unique<RecordingReader>(file);
-    return object;
+    return std::make_unique<ReaderObject>(file);
 }
 
-int checked(const ReaderObject& self, int trajectory) {
-    const int count = self.reader->trajectories().size();
-    if (trajectory < 0 || trajectory >= count)
-        throw py::index_error(fmt::format("trajectory: is {}; allowed: 0..{}", trajectory, count - 1));
-    return trajectory;
+/// numpy takes over the rows, in another shape.
+py::array_t<float> reshaped(Vertices rows, const std::vector<py::ssize_t>& shape) {
+    return py::array(py::cast(std::move(rows))).reshape(shape);
 }
 
-/// Number of frames from `begin` on that are asked for; raises IndexError if there are not so many.
-int frame_count(const ReaderObject& self, int trajectory, int begin, std::optional<int> count) {
-    const int frames = self.reader->trajectories()[checked(self, trajectory)].frames;
-    const int wanted = count.value_or(frames - begin);
-    if (begin < 0 || wanted < 0 || begin > frames || wanted > frames - begin)
-        throw py::index_error(
-            fmt::format("frames: {} from {} on; the trajectory has {}", wanted, begin, frames));
-    return wanted;
-}
-
-/// [frames, nodes, 3]; numpy takes over what was read.
-py::array read_frames(ReaderObject& self, int trajectory, int begin, std::optional<int> count) {
-    const int wanted = frame_count(self, trajectory, begin, count);
-    const Use use(self.lock, "RecordingReader");
+/// [frames, nodes, 3]
+py::array_t<float> read_frames(const Reader& self, int trajectory, int begin, std::optional<int> count) {
+    const int wanted = self->frame_count(trajectory, begin, count);
     Vertices x;
-    long_call<FileCall>([&] { self.reader->read(trajectory, begin, wanted, x); });
-    return owned(std::move(x)).reshape({wanted, self.reader->nodes(trajectory), 3});
+    long_call<FileCall>([&] { self->reader.read(trajectory, begin, wanted, x); });
+    return reshaped(std::move(x), {wanted, self->reader.nodes(trajectory), 3});
 }
 
 /// [frames, nodes, 3] or [frames, tets, 3, 3].
-py::array read_field(ReaderObject& self, int trajectory, const std::string& name, int begin,
-                     std::optional<int> count) {
+py::array_t<float> read_field(const Reader& self, int trajectory, const std::string& name, int begin,
+                              std::optional<int> count) {
     const auto field = std::ranges::find(frame_fields, name, &FrameFieldName::name);
     if (field == frame_fields.end())
         throw std::invalid_argument(fmt::format(
             "field: is \"{}\"; allowed: contact_forces, first_piola_stress, deformation_gradients", name));
-    const int wanted = frame_count(self, trajectory, begin, count);
-    const Use use(self.lock, "RecordingReader");
+    const int wanted = self->frame_count(trajectory, begin, count);
     Vertices rows;
-    long_call<FileCall>([&] { self.reader->read_field(trajectory, field->field, begin, wanted, rows); });
+    long_call<FileCall>([&] { self->reader.read_field(trajectory, field->field, begin, wanted, rows); });
     if (field->of_tets)
-        return owned(std::move(rows)).reshape({wanted, self.reader->contents(trajectory).tets, 3, 3});
-    return owned(std::move(rows)).reshape({wanted, self.reader->nodes(trajectory), 3});
+        return reshaped(std::move(rows), {wanted, self->reader.contents(trajectory).tets, 3, 3});
+    return reshaped(std::move(rows), {wanted, self->reader.nodes(trajectory), 3});
 }
 
-/// A list of [edges, 3] rows, one for each frame.
-py::list read_contact_edges(ReaderObject& self, int trajectory, int begin, std::optional<int> count) {
-    const int wanted = frame_count(self, trajectory, begin, count);
-    const Use use(self.lock, "RecordingReader");
-    const auto frames =
-        long_call<FileCall>([&] { return self.reader->read_contact_edges(trajectory, begin, wanted); });
-    py::list all;
-    for (const std::vector<ContactEdge>& edges : frames) {
-        std::vector<std::int32_t> rows;
-        for (const auto& [face, partner, other] : edges) rows.insert(rows.end(), {face, partner, other});
-        all.append(owned(std::move(rows)).reshape({static_cast<py::ssize_t>(edges.size()), py::ssize_t{3}}));
+using EdgeRows = Eigen::Matrix<std::int32_t, Eigen::Dynamic, 3, Eigen::RowMajor>;
+
+/// [edges, 3] rows, for each frame.
+std::vector<EdgeRows> read_contact_edges(const Reader& self, int trajectory, int begin,
+                                         std::optional<int> count) {
+    const int wanted = self->frame_count(trajectory, begin, count);
+    std::vector<EdgeRows> all;
+    for (const std::vector<ContactEdge>& edges : self->reader.read_contact_edges(trajectory, begin, wanted)) {
+        EdgeRows& rows = all.emplace_back(edges.size(), 3);
+        Eigen::Index row = 0;
+        for (const auto& [face, partner, other] : edges) rows.row(row++) << face, partner, other;
     }
     return all;
 }
 
 /// Names of what the frames of a trajectory hold besides positions.
 std::vector<std::string> extras_of(const ReaderObject& self, int trajectory) {
-    const FrameContents& contents = self.reader->contents(checked(self, trajectory));
+    const FrameContents& contents = self.reader.contents(self.checked(trajectory));
     std::vector<std::string> names;
     for (const FrameFieldName& field : frame_fields)
         if (contents.fields[field.field]) names.emplace_back(field.name);
@@ -114,11 +106,11 @@ std::vector<std::string> extras_of(const ReaderObject& self, int trajectory) {
     return names;
 }
 
-py::dict facts_of(const ReaderObject& self, int trajectory) {
-    const FrameFacts& facts = self.reader->facts(checked(self, trajectory));
+Typed<"dict[str, Indices]"> facts_of(const ReaderObject& self, int trajectory) {
+    const FrameFacts& facts = self.reader.facts(self.checked(trajectory));
     py::dict all;
     for (const FrameFactName& fact : frame_facts)
-        if (!(facts.*fact.list).empty()) all[fact.name] = owned(std::vector<std::int32_t>(facts.*fact.list));
+        if (!(facts.*fact.list).empty()) all[fact.name] = column(facts.*fact.list);
     return all;
 }
 
@@ -135,18 +127,18 @@ void bind_reader(py::module_& m) {
     py::class_<ReaderObject>(m, "RecordingReader", py::is_final(),
                              "Reads frames of a recording or a dataset when they are asked for.")
         .def(py::init(&open_recording), py::arg("path"))
-        .def_property_readonly("path", [](const ReaderObject& self) { return self.reader->path(); })
+        .def_property_readonly("path", [](const ReaderObject& self) { return self.reader.path(); })
         .def_property_readonly(
-            "origin", [](const ReaderObject& self) { return owned(Eigen::Vector3d(self.reader->origin())); },
+            "origin", [](const ReaderObject& self) { return Eigen::Vector3d(self.reader.origin()); },
             "[3] metres: what positions are counted from; zero in most recordings.")
         .def_property_readonly(
-            "trajectories", [](const ReaderObject& self) { return self.reader->trajectories(); },
+            "trajectories", [](const ReaderObject& self) { return self.reader.trajectories(); },
             "Their facts, sorted by id. Includes failed ones.")
         .def_property_readonly(
-            "frames", [](const ReaderObject& self) { return self.reader->frames(); },
+            "frames", [](const ReaderObject& self) { return self.reader.frames(); },
             "How many frames all trajectories have together.")
         .def(
-            "nodes", [](const ReaderObject& self, int i) { return self.reader->nodes(checked(self, i)); },
+            "nodes", [](const ReaderObject& self, int i) { return self.reader.nodes(self.checked(i)); },
             py::arg("trajectory"), "Number of tet nodes of a trajectory.")
         .def("read", &read_frames, py::arg("trajectory"), py::arg("begin") = 0, py::arg("count") = py::none(),
              "Positions of the tet nodes, float32 [frames, nodes, 3], metres, counted from `origin`: "
@@ -160,86 +152,94 @@ void bind_reader(py::module_& m) {
              "deformation_gradients, likewise: float32, a new array.")
         .def(
             "contact_edges", &read_contact_edges, py::arg("trajectory"), py::arg("begin") = 0,
-            py::arg("count") = py::none(),
+            py::arg("count") = py::none(), UsesFiles(),
             "For each frame, rows (face, partner, other face) of what touches, int32 [edges, 3]. partner: id "
             "of a trajectory, its own for the body itself; -1 for a body that is not recorded; -2 - k for "
             "obstacle k, with other face -1.")
         .def(
-            "times",
-            [](ReaderObject& self, int i) {
-                const Use use(self.lock, "RecordingReader");
-                return owned(long_call<FileCall>([&] { return self.reader->times(checked(self, i)); }));
-            },
-            py::arg("trajectory"), "Seconds, one for each frame: a new array.")
+            "times", [](const Reader& self, int i) { return column(self->reader.times(self->checked(i))); },
+            py::arg("trajectory"), UsesFiles(), "Seconds, one for each frame: a new array.")
         .def("facts", &facts_of, py::arg("trajectory"),
              "Counts of each frame, as far as they are known: contacts, troubled_steps, self_intersections.")
         .def(
-            "label",
-            [](ReaderObject& self, const std::string& name) {
-                const Use use(self.lock, "RecordingReader");
-                const FileCall call;
-                return self.reader->label(name);
-            },
-            py::arg("name"), "An attribute of the file; \"\" if it has none of this name.");
+            "label", [](const Reader& self, const std::string& name) { return self->reader.label(name); },
+            py::arg("name"), UsesFiles(), "An attribute of the file; \"\" if it has none of this name.");
 }
 
-std::unique_ptr<WriterObject> create_recording(const path& file, const py::object& origin) {
+struct WriterObject : Lockable {
+    WriterObject(const path& file, const Eigen::Vector3d& origin)
+        : Lockable("RecordingWriter"), writer(std::make_unique<RecordingWriter>(file, origin)) {}
+
+    std::vector<int>::iterator find(int handle) {
+        const auto found = std::ranges::find(open, handle);
+        if (found == open.end())
+            throw std::invalid_argument(fmt::format("handle: {} is of no open trajectory", handle));
+        return found;
+    }
+    RecordingWriter& get() const {
+        if (!writer) throw std::runtime_error("RecordingWriter: is closed");
+        return *writer;
+    }
+
+    std::unique_ptr<RecordingWriter> writer;  // null once it is finished or given up
+    std::vector<int> open;                    // handles
+};
+using Writer = Used<WriterObject>;
+
+std::unique_ptr<WriterObject> create_recording(const path& file,
+                                               const Typed<"Optional[Sequence[float]]">& origin) {
     check_output(file, {});
     Eigen::Vector3d from = Eigen::Vector3d::Zero();
     if (!origin.is_none()) {
-        const std::vector<double> numbers = number_list(origin, "origin");
+        const std::vector<double> numbers = list_from<double>(origin, "origin");
         if (numbers.size() != 3) throw std::invalid_argument("origin: has not three numbers");
         from << numbers[0], numbers[1], numbers[2];
     }
     const FileCall call;
-    auto object = std::make_unique<WriterObject>();
-    object->writer = std::make_unique<RecordingWriter>(file, from);
-    return object;
+    return std::make_unique<WriterObject>(file, from);
 }
 
-int begin_trajectory(WriterObject& self, int nodes, int id, const std::string& body_hash, std::uint64_t seed,
+int begin_trajectory(const Writer& self, int nodes, int id, const std::string& body_hash, std::uint64_t seed,
                      const std::string& recipe) {
     TrajectoryInfo info;
     info.id = id;
     info.seed = seed;
     info.body_hash = body_hash;
     info.recipe = recipe;
-    const Use use(self.lock, "RecordingWriter");
-    const FileCall call;
-    const int handle = self.get().begin_trajectory(info, nodes);
-    self.open.push_back(handle);
-    return handle;
+    self->open.push_back(self->get().begin_trajectory(info, nodes));
+    return self->open.back();
 }
 
-void add_frame(WriterObject& self, int handle, double time, py::handle x) {
-    const VertexRows rows(x, "x", 3);
-    const Use use(self.lock, "RecordingWriter");
-    self.find(handle);
-    const FileCall call;
-    self.get().add_frame(handle, time, rows.as<Vertices>());
+void add_frame(const Writer& self, int handle, double time, const Rows<Vertices, "x">& x) {
+    self->find(handle);
+    self->get().add_frame(handle, time, *x);
 }
 
-void end_trajectory(WriterObject& self, int handle, const std::string& failure, const py::dict& facts) {
+void end_trajectory(const Writer& self, int handle, const std::string& failure,
+                    const Typed<"Mapping[str, Array]">& facts) {
     FrameFacts lists;
-    for (const auto& [key, value] : facts) {
+    for (const auto& [key, value] : facts.cast<py::dict>()) {
         const auto name = py::str(key).cast<std::string>();
         const auto fact = std::ranges::find(frame_facts, name, &FrameFactName::name);
         if (fact == frame_facts.end())
             throw std::invalid_argument(fmt::format(
                 "facts: \"{}\" is unknown; allowed: contacts, troubled_steps, self_intersections", name));
-        const std::vector<int> counts = index_list(value, name.c_str());
-        (lists.*fact->list).assign(counts.begin(), counts.end());
+        lists.*fact->list = list_from<std::int32_t>(value, name.c_str());
     }
-    const Use use(self.lock, "RecordingWriter");
-    const auto open = self.find(handle);
+    const auto open = self->find(handle);
     const FileCall call;
-    self.get().end_trajectory(handle, failure, lists);
-    self.open.erase(open);
+    self->get().end_trajectory(handle, failure, lists);
+    self->open.erase(open);
+}
+
+void label(const Writer& self, const std::string& name, const std::string& value) {
+    check_line(name, "name");
+    if (value.find('\0') != std::string::npos)
+        throw std::invalid_argument("value: has a null character, which files cannot hold");
+    self->get().label(name, value);
 }
 
 void close(WriterObject& self, bool finish) {
-    const Use use(self.lock, "RecordingWriter");
-    const FileCall call;
     RecordingWriter& writer = self.get();
     if (finish) writer.finish();
     self.writer.reset();
@@ -253,38 +253,34 @@ void bind_writer(py::module_& m) {
         .def(py::init(&create_recording), py::arg("path"), py::arg("origin") = py::none(),
              "origin: [3] metres, what positions are counted from; default: zero.")
         .def("begin_trajectory", &begin_trajectory, py::arg("nodes"), py::arg("id"),
-             py::arg("body_hash") = "", py::arg("seed") = 0, py::arg("recipe") = "",
+             py::arg("body_hash") = "", py::arg("seed") = 0, py::arg("recipe") = "", UsesFiles(),
              "Opens a trajectory of so many tet nodes and returns its handle. Several may be open.")
-        .def("add_frame", &add_frame, py::arg("handle"), py::arg("time"), py::arg("x"),
+        .def("add_frame", &add_frame, py::arg("handle"), py::arg("time"), py::arg("x"), UsesFiles(),
              "x: positions [nodes, 3], metres, counted from the origin, stored as float32. time: seconds, "
              "later than before.")
         .def("end_trajectory", &end_trajectory, py::arg("handle"), py::arg("failure") = "",
              py::arg("facts") = py::dict(), "facts: lists of counts, one for each frame, by their names.")
+        .def("label", &label, py::arg("name"), py::arg("value"), UsesFiles(),
+             "Adds an attribute of the whole file.")
         .def(
-            "label",
-            [](WriterObject& self, const std::string& name, const std::string& value) {
-                check_line(name, "name");
-                if (value.find('\0') != std::string::npos)
-                    throw std::invalid_argument("value: has a null character, which files cannot hold");
-                const Use use(self.lock, "RecordingWriter");
-                const FileCall call;
-                self.get().label(name, value);
-            },
-            py::arg("name"), py::arg("value"), "Adds an attribute of the whole file.")
-        .def(
-            "finish", [](WriterObject& self) { close(self, true); },
+            "finish", [](const Writer& self) { close(*self, true); }, UsesFiles(),
             "Ends open trajectories and gives the file its name.")
         .def(
-            "abandon", [](WriterObject& self) { close(self, false); }, "Removes what was written.")
+            "abandon", [](const Writer& self) { close(*self, false); }, UsesFiles(),
+            "Removes what was written.")
         .def("__enter__",
-             [](py::object self) {
+             [](Typed<"RecordingWriter"> self) {
                  self.cast<const WriterObject&>().get();
                  return self;
              })
-        .def("__exit__",
-             [](WriterObject& self, const py::object& type, const py::object&, const py::object&) {
-                 if (self.writer) close(self, type.is_none());
-             });
+        .def(
+            "__exit__",
+            [](const Writer& self, const Typed<"Any">& type, const Typed<"Any">&, const Typed<"Any">&) {
+                const bool finish = type.is_none();
+                const FileCall call;
+                if (self->writer) close(*self, finish);
+            },
+            py::arg("type"), py::arg("value"), py::arg("traceback"));
 }
 
 int remap(const path& recording, const path& output, const Body& source, const Body& target,
@@ -293,9 +289,7 @@ int remap(const path& recording, const path& output, const Body& source, const B
         throw std::invalid_argument(
             fmt::format("trajectories: is {}; allowed: 0 or more, 0 for all", trajectories));
     check_output(output.string(), {recording.string()});
-    return stoppable<FileCall>([&] {
-        return remap_recording(recording, source, target, output, trajectories, [](int, int) {}).frames;
-    });
+    return remap_recording(recording, source, target, output, trajectories, [](int, int) {}).frames;
 }
 
 }  // namespace
@@ -304,7 +298,7 @@ void bind_recordings(py::module_& m) {
     bind_reader(m);
     bind_writer(m);
     m.def("remap", &remap, py::arg("recording"), py::arg("path"), py::arg("source"), py::arg("target"),
-          py::arg("trajectories") = 0,
+          py::arg("trajectories") = 0, UsesFilesLong(),
           "Writes a recording of the body `source` as one of `target`, "
           "which has the same tetrahedra and another surface, as `nbdtree remap`. "
           "trajectories: at most so many, from the first; 0: all. Returns the number of frames. "

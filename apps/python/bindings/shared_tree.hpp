@@ -17,15 +17,15 @@ namespace nbd::python {
 using SharedTree = std::shared_ptr<CollisionTree>;
 
 /// A world as the poses of trees see it.
-struct PosingWorld {
-    Lockable lock;
+struct PosingWorld : Lockable {
+    PosingWorld() : Lockable("World") {}
     long changes = 0;  // of positions; a pose is valid until the next one
 };
 
 /// A posed tree, with what its pose refers to.
-struct PosedTreeObject {
+struct PosedTreeObject : Lockable {
     PosedTreeObject(const SharedTree& shared, BoundKind kind, std::optional<float> margin)
-        : tree(shared, kind, margin) {}
+        : Lockable("PosedTree"), tree(shared, kind, margin) {}
 
     /// Starts a pose by start(), as a long call. The pose refers to these objects of the caller from then on.
     /// There is none if start() throws.
@@ -41,7 +41,6 @@ struct PosedTreeObject {
     std::array<py::object, 2> refers_to;  // none before the first pose
     std::shared_ptr<PosingWorld> world;   // null: the pose is of arrays
     long world_changes = 0;               // PosingWorld::changes of the pose
-    Lockable lock;
 };
 
 /// Marks posed trees, and the worlds that their poses refer to, as used while alive. Throws

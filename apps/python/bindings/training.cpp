@@ -1,63 +1,54 @@
 #include <fmt/format.h>
-#include <pybind11/stl.h>
-#include <pybind11/stl/filesystem.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "apps/cli/load_body.hpp"
-#include "apps/cli/output_paths.hpp"
+#include "apps/python/bindings/arrays.hpp"
 #include "apps/python/bindings/bindings.hpp"
+#include "apps/python/bindings/long_call.hpp"
 #include "apps/python/bindings/shared_tree.hpp"
+#include "apps/python/bindings/typed.hpp"
 #include "collision/base/notice.hpp"
 #include "training/calibrate/calibrate.hpp"
+#include "training/calibrate/random_splits.hpp"
+#include "training/evaluate/contact_scenes.hpp"
+#include "training/evaluate/coverage.hpp"
+#include "training/evaluate/evaluate.hpp"
 #include "training/learn/train_tree.hpp"
 #include "training/learn/transfer_tree.hpp"
+
+namespace pybind11::detail {
+
+/// (low, high)
+template <>
+struct type_caster<nbd::Interval> {
+    static constexpr auto name = const_name("Tuple[float, float]");
+
+    static handle cast(const nbd::Interval& interval, return_value_policy, handle) {
+        return make_tuple(interval.low, interval.high).release();
+    }
+};
+
+}  // namespace pybind11::detail
 
 namespace nbd::python {
 namespace {
 
 using std::filesystem::path;
-using SharedBody = std::shared_ptr<Body>;
 using SharedFile = std::shared_ptr<TreeFile>;
 
-BoundKind trained_kind(const std::string& text) {
-    const BoundKind kind = bound_kind(text);
+void check_trained(BoundKind kind) {
     if (std::ranges::find(trained_kinds, kind) == std::end(trained_kinds))
         throw std::invalid_argument(
-            fmt::format("bounds: \"{}\" are not trained; allowed: nbd, learned_affine", text));
-    return kind;
+            fmt::format("bounds: \"{}\" are not trained; allowed: nbd, learned_affine", name(kind)));
 }
-
-/// The options of train() that Python may give, with the defaults of the command.
-struct TrainOptions {
-    std::vector<std::string> bounds;
-    std::optional<int> depth;
-    int modes, clusters, epochs;
-    std::string network;
-    std::optional<double> held_out;
-    double calibration, random_frames;
-    std::string split;
-    std::uint64_t seed;
-
-    TrainConfig config(const Body& body) const {
-        if (network != "default" && network != "paper")
-            throw std::invalid_argument(fmt::format("network: is \"{}\"; allowed: default, paper", network));
-        TrainConfig config;
-        config.bounds.clear();
-        for (const std::string& bound : bounds) config.bounds.push_back(trained_kind(bound));
-        if (network == "paper") use_paper_networks(config);
-        config.tree.depth = depth.value_or(default_depth(config.bounds, body.surface.F.rows()));
-        config.modes = modes;
-        config.clusters.k_means.clusters = clusters;
-        config.mlp.max_epochs = epochs;
-        if (held_out && !split.empty())
-            throw std::invalid_argument("split: excludes held_out; allowed: one of them");
-        config.held_out_share = held_out;
-        config.split = split;
-        config.calibration_share = calibration;
-        config.random_frame_share = random_frames;
-        config.seed = seed;
-        return config;
-    }
-};
 
 /// Ends a training that was stopped by Ctrl-C or by an exception of the progress function.
 [[noreturn]] void stopped(const Progress& progress, const path& checkpoint) {
@@ -67,7 +58,7 @@ struct TrainOptions {
                    : "the training was stopped; the same call continues from " + checkpoint.string());
 }
 
-SharedFile train_body(const Body& body, const path& data, const TrainOptions& options,
+SharedFile train_body(const Body& body, const path& data, const TrainConfig& config,
                       const CalibrateConfig& calibration, const path& checkpoint, Stoppable& stoppable,
                       Progress& progress) {
     TrainRun run;
@@ -77,7 +68,6 @@ SharedFile train_body(const Body& body, const path& data, const TrainOptions& op
     run.hooks.progress = [&](const TrainingProgress& done) {
         progress.tell("networks", done.nodes_done, done.nodes);
     };
-    const TrainConfig config = options.config(body);
     const FileCall call;
     const RecordingReader recording(data);
     SurfaceBody surface = surface_body(body);
@@ -92,21 +82,36 @@ SharedFile train_body(const Body& body, const path& data, const TrainOptions& op
     return file;
 }
 
-SharedFile train(const Body& body, const path& data, const std::vector<std::string>& bounds,
+SharedFile train(const Body& body, const path& data, const std::vector<BoundKind>& bounds,
                  std::optional<int> depth, int modes, int clusters, const std::string& network, int epochs,
                  std::optional<double> held_out, double calibration, double random_frames,
                  const std::string& split, double miss_rate, std::optional<double> confidence,
-                 std::uint64_t seed, const std::optional<path>& checkpoint_file, const py::object& function) {
+                 std::uint64_t seed, const std::optional<path>& checkpoint_file,
+                 const ProgressFunction& function) {
+    std::ranges::for_each(bounds, check_trained);
+    if (network != "default" && network != "paper")
+        throw std::invalid_argument(fmt::format("network: is \"{}\"; allowed: default, paper", network));
+    if (held_out && !split.empty())
+        throw std::invalid_argument("split: excludes held_out; allowed: one of them");
+    TrainConfig config;
+    config.bounds = bounds;
+    if (network == "paper") use_paper_networks(config);
+    config.tree.depth = depth.value_or(default_depth(bounds, body.surface.F.rows()));
+    config.modes = modes;
+    config.clusters.k_means.clusters = clusters;
+    config.mlp.max_epochs = epochs;
+    config.held_out_share = held_out;
+    config.split = split;
+    config.calibration_share = calibration;
+    config.random_frame_share = random_frames;
+    config.seed = seed;
     const path checkpoint = checkpoint_file.value_or(path());
     Stoppable stoppable;
     Progress progress(function, stoppable);
     SharedFile file;
     try {
-        file =
-            train_body(body, data,
-                       {bounds, depth, modes, clusters, epochs, network, held_out, calibration, random_frames,
-                        split, seed},
-                       {.miss_rate = miss_rate, .confidence = confidence}, checkpoint, stoppable, progress);
+        file = train_body(body, data, config, {.miss_rate = miss_rate, .confidence = confidence}, checkpoint,
+                          stoppable, progress);
     } catch (const TrainingCancelled&) {
         stopped(progress, checkpoint);
     } catch (const StopAsked&) {
@@ -114,7 +119,7 @@ SharedFile train(const Body& body, const path& data, const std::vector<std::stri
     }
     progress.check();
     // Trainings without networks write none; another file of this name is not theirs.
-    if (std::ranges::find(bounds, "nbd") != bounds.end() && !checkpoint.empty())
+    if (std::ranges::find(bounds, BoundKind::nbd) != bounds.end() && !checkpoint.empty())
         std::filesystem::remove(checkpoint);
     return file;
 }
@@ -122,31 +127,25 @@ SharedFile train(const Body& body, const path& data, const std::vector<std::stri
 /// A copy, so that trees that are in use keep the calibration that they began with.
 SharedFile calibrated(const TreeFile& file, const path& data, double miss_rate,
                       std::optional<double> confidence) {
-    return stoppable<FileCall>([&] {
-        const RecordingReader recording(data);
-        auto copy = std::make_shared<TreeFile>(file);
-        calibrate(*copy, recording, {.miss_rate = miss_rate, .confidence = confidence});
-        return copy;
-    });
+    const RecordingReader recording(data);
+    auto copy = std::make_shared<TreeFile>(file);
+    calibrate(*copy, recording, {.miss_rate = miss_rate, .confidence = confidence});
+    return copy;
 }
 
 SharedFile transferred(const TreeFile& file, const Body& body) {
-    return stoppable([&] { return std::make_shared<TreeFile>(transfer_tree(file, surface_body(body))); });
+    return std::make_shared<TreeFile>(transfer_tree(file, surface_body(body)));
 }
 
-py::dict training_facts(const TreeFile& file) {
+Typed<"dict[str, Any]"> training_facts(const TreeFile& file) {
     const TrainingFacts& facts = file.facts;
-    py::dict all;
-    all["body_hash"] = facts.body_hash;
-    all["recording_hash"] = facts.recording_hash;
-    all["config"] = py::module_::import("json").attr("loads")(facts.config);
-    all["train_trajectories"] = facts.split.train_trajectories;
-    all["calibration_trajectories"] = facts.split.calibration_trajectories;
-    all["held_out_trajectories"] = facts.split.held_out_trajectories;
-    all["poses"] = facts.poses;
-    all["z_error"] = facts.z_error;
-    all["node_loss"] = owned(Eigen::VectorXf(facts.node_loss));
-    return all;
+    return py::dict(py::arg("body_hash") = facts.body_hash, py::arg("recording_hash") = facts.recording_hash,
+                    py::arg("config") = py::module_::import("json").attr("loads")(facts.config),
+                    py::arg("train_trajectories") = facts.split.train_trajectories,
+                    py::arg("calibration_trajectories") = facts.split.calibration_trajectories,
+                    py::arg("held_out_trajectories") = facts.split.held_out_trajectories,
+                    py::arg("poses") = facts.poses, py::arg("z_error") = facts.z_error,
+                    py::arg("node_loss") = facts.node_loss);
 }
 
 void bind_tree_file(py::module_& m) {
@@ -155,36 +154,160 @@ void bind_tree_file(py::module_& m) {
         .def_property_readonly(
             "tree", [](const SharedFile& file) { return SharedTree(file, &file->tree); },
             "The tree. Refers to this object.")
-        .def_property_readonly(
-            "X", [](py::object self) { return view(self.cast<const TreeFile&>().X, self); },
-            "Rest positions of the surface [n, 3], float32. Refers to the object.")
+        .def_readonly("X", &TreeFile::X,
+                      "Rest positions of the surface [n, 3], float32. Refers to the object.")
         .def_property_readonly(
             "W", [](py::object self) { return embedding_views(self.cast<const TreeFile&>().W, self); },
             "Weights of the tet nodes, (data, indices, indptr). Refers to the object.")
         .def(
             "surface_positions",
-            [](const TreeFile& file, py::handle x) {
-                const VertexRows nodes(x, "x", 3);
-                nodes.expect(file.W.cols(), "x", "node");
-                return owned(embedded(file.W, nodes.as<Vertices>()));
+            [](const TreeFile& file, const Rows<Vertices, "x">& x) {
+                expect_nodes(x.count(), file.W.cols());
+                return embedded(file.W, *x);
             },
             py::arg("x"), "Positions of the surface, W x, float32 as PosedTree takes them. A new array.")
         .def_property_readonly("facts", &training_facts);
     m.def(
-        "load_tree",
-        [](const path& file) {
-            const FileCall call;
-            return std::make_shared<TreeFile>(load_tree(file));
-        },
-        py::arg("path"), "Reads a tree file.");
+        "load_tree", [](const path& file) { return std::make_shared<TreeFile>(load_tree(file)); },
+        py::arg("path"), UsesFiles(), "Reads a tree file.");
+    m.def("save_tree", &write_checked<save_tree, TreeFile>, py::arg("path"), py::arg("file"), UsesFiles(),
+          "Writes a tree file under a temporary name and renames it.");
+}
+
+using Kinds = std::optional<std::vector<BoundKind>>;
+
+/// The given kinds; without any, all calibrated ones.
+std::vector<BoundKind> measured_kinds(const TreeFile& file, const Kinds& given) {
+    if (given && given->empty()) throw std::invalid_argument("bounds: is empty; allowed: at least one kind");
+    return given.value_or(calibrated_bounds(file.tree));
+}
+
+std::vector<EvaluationRow> evaluate_file(const TreeFile& file, const path& data, const Kinds& bounds,
+                                         const std::vector<double>& margins, int max_frames) {
+    EvaluateConfig config;
+    config.margins = margins;
+    config.max_frames = max_frames;
+    if (bounds) config.bounds = measured_kinds(file, bounds);
+    return evaluate(file, RecordingReader(data), config);
+}
+
+std::vector<CoverageRow> coverage_of(const TreeFile& file, const path& data, const Kinds& bounds) {
+    const std::vector<BoundKind> kinds = measured_kinds(file, bounds);
+    const RecordingReader recording(data);
+    const SurfaceBody body = surface_body(file);
+    const TestFrames poses = test_frames(file, recording).back();
+    std::vector<CoverageRow> rows;
+    for (const BoundKind kind : kinds)
+        for (const CoverageRow& row :
+             measure_coverage(body, refer_to(file.tree), kind, recording, poses.frames))
+            rows.push_back(row);
+    return rows;
+}
+
+std::vector<ContactScenesRow> contact_scenes(const TreeFile& file, const path& data, const Kinds& bounds,
+                                             int scenes, double deepest, std::uint64_t seed) {
+    const std::vector<BoundKind> kinds = measured_kinds(file, bounds);
+    check_has_bounds(file.tree, kinds);
+    const RecordingReader recording(data);
+    const TestFrames poses = test_frames(file, recording).back();
+    return check_contact_scenes(surface_body(file), refer_to(file.tree), kinds, recording, poses.frames,
+                                {.scenes = scenes, .deepest = deepest, .seed = seed});
+}
+
+std::vector<RandomSplitsRow> random_splits(const TreeFile& file, const path& data, BoundKind kind,
+                                           int splits) {
+    if (splits < 1) throw std::invalid_argument(fmt::format("splits: is {}; allowed: at least 1", splits));
+    if (!file.tree.calibrations.contains(kind))
+        throw std::invalid_argument(fmt::format("{} bounds of the tree are not calibrated", name(kind)));
+    const RecordingReader recording(data);
+    FrameSource source(file.W, recording);
+    return check_random_splits(file, kind, source, splits);
+}
+
+void bind_evaluate(py::module_& m) {
+    py::class_<EvaluationRow>(m, "EvaluationRow", "Result of one bound at one depth with one margin.")
+        .def_readonly("frames", &EvaluationRow::frames)
+        .def_readonly("bound", &EvaluationRow::bound)
+        .def_readonly("depth", &EvaluationRow::depth)
+        .def_readonly("margin", &EvaluationRow::margin)
+        .def_readonly("radius_error", &EvaluationRow::radius_error)
+        .def_readonly("inflation", &EvaluationRow::inflation)
+        .def_readonly("centre_error", &EvaluationRow::centre_error)
+        .def_readonly("vertices_outside", &EvaluationRow::vertices_outside)
+        .def_readonly("nodes_missing", &EvaluationRow::nodes_missing)
+        .def_readonly("poses", &EvaluationRow::poses)
+        .def_readonly("nodes", &EvaluationRow::nodes)
+        .def_readonly("vertices", &EvaluationRow::vertices);
+    m.def("evaluate", &evaluate_file, py::arg("file"), py::arg("recording"), py::arg("bounds") = py::none(),
+          py::arg("margins") = EvaluateConfig{}.margins, py::arg("max_frames") = 0, UsesFilesLong(),
+          "Errors and misses of a tree's bounds on the frames of a recording that its training did not see, "
+          "one row for each set of frames, bound, margin and depth. margins: relative, >= 0; "
+          "max_frames: of a set, 0: all. Leaves out bounds that the tree does not have; raises ValueError if "
+          "it has none of them, for affine bounds, which are not those of nodes, and numbers out of range.");
+}
+
+void bind_coverage(py::module_& m) {
+    py::class_<CoverageRow>(m, "CoverageRow", "Coverage of calibrated bounds at one depth of the tree.")
+        .def_readonly("bound", &CoverageRow::bound)
+        .def_readonly("depth", &CoverageRow::depth)
+        .def_readonly("trajectories", &CoverageRow::trajectories)
+        .def_readonly("poses", &CoverageRow::poses)
+        .def_readonly("miss_rate", &CoverageRow::miss_rate, "Stated.")
+        .def_readonly("confidence", &CoverageRow::confidence, "Stated.")
+        .def_readonly("keeping", &CoverageRow::keeping, "Trajectories with at most the stated miss rate.")
+        .def_readonly("keeping_share", &CoverageRow::keeping_share,
+                      "(low, high): 95 % interval of their share.")
+        .def_readonly("nodes_missing", &CoverageRow::nodes_missing,
+                      "Share of (pose, node) pairs that miss, mean over trajectories.")
+        .def_readonly("nodes_missing_mean", &CoverageRow::nodes_missing_mean,
+                      "(low, high): 95 % interval of it.")
+        .def_readonly("vertices_outside", &CoverageRow::vertices_outside, "Share of all vertices.")
+        .def_readonly("inflation", &CoverageRow::inflation, "Mean of r / r_exact - 1.")
+        .def_readonly("out_of_range", &CoverageRow::out_of_range,
+                      "Share of (pose, node) pairs bounded exactly.");
+    m.def("measure_coverage", &coverage_of, py::arg("file"), py::arg("recording"),
+          py::arg("bounds") = py::none(), UsesFilesLong(),
+          "Whether calibrated bounds keep their stated miss rate, as `nbdtree coverage` measures it: on the "
+          "held-out trajectories of the training's recording, or all complete ones of another. bounds: by "
+          "default all calibrated ones. Raises ValueError for bounds without calibration.");
+}
+
+void bind_contact_scenes(py::module_& m) {
+    py::class_<ContactScenesRow>(m, "ContactScenesRow", "Face pairs that one kind of bounds misses.")
+        .def_readonly("bound", &ContactScenesRow::bound)
+        .def_readonly("scenes", &ContactScenesRow::scenes, "Scenes in which the bodies intersect.")
+        .def_readonly("scenes_missing", &ContactScenesRow::scenes_missing, "Of these, with a pair not found.")
+        .def_readonly("face_pairs", &ContactScenesRow::face_pairs)
+        .def_readonly("missed", &ContactScenesRow::missed)
+        .def_readonly("missed_share", &ContactScenesRow::missed_share,
+                      "(low, high): 95 % interval of the share of pairs missed.")
+        .def_readonly("nodes_bounded", &ContactScenesRow::nodes_bounded, "Mean of a scene.")
+        .def_readonly("leaf_pairs", &ContactScenesRow::leaf_pairs, "Mean of a scene.")
+        .def_readonly("exact_leaf_pairs", &ContactScenesRow::exact_leaf_pairs,
+                      "Mean of a scene with exact bounds.")
+        .def_readonly("out_of_range", &ContactScenesRow::out_of_range,
+                      "Mean of a scene: nodes bounded exactly.");
+    const ContactScenesConfig defaults;
     m.def(
-        "save_tree",
-        [](const path& path, const TreeFile& file) {
-            check_output(path, {});
-            const FileCall call;
-            save_tree(path, file);
-        },
-        py::arg("path"), py::arg("file"), "Writes a tree file under a temporary name and renames it.");
+        "check_contact_scenes", &contact_scenes, py::arg("file"), py::arg("recording"),
+        py::arg("bounds") = py::none(), py::kw_only(), py::arg("scenes") = defaults.scenes,
+        py::arg("deepest") = defaults.deepest, py::arg("seed") = defaults.seed, UsesFilesLong(),
+        "Intersecting face pairs that bounds miss in scenes of two copies of the body, as `nbdtree coverage "
+        "--contacts` counts them. deepest: overlap in radii of the body, in (0, 1]. Raises ValueError for "
+        "bounds that the tree does not have.");
+    py::class_<RandomSplitsRow>(m, "RandomSplitsRow", "How often the miss rate was kept at one depth.")
+        .def_readonly("depth", &RandomSplitsRow::depth)
+        .def_readonly("splits", &RandomSplitsRow::splits)
+        .def_readonly("calibration", &RandomSplitsRow::calibration, "Trajectories to calibrate on.")
+        .def_readonly("test", &RandomSplitsRow::test, "Trajectories to test on.")
+        .def_readonly("stated", &RandomSplitsRow::stated, "Stated share that keeps the rate, mean of splits.")
+        .def_readonly("keeping", &RandomSplitsRow::keeping, "Measured share, mean of splits.")
+        .def_readonly("nodes_missing", &RandomSplitsRow::nodes_missing, "Miss rate, mean of splits.")
+        .def_readonly("highest", &RandomSplitsRow::highest, "Highest mean miss rate of a split.");
+    m.def("check_random_splits", &random_splits, py::arg("file"), py::arg("recording"), py::arg("bound"),
+          py::arg("splits") = 100, UsesFilesLong(),
+          "How often the stated miss rate holds when the trajectories that training did not see are split at "
+          "random into calibration and test. Raises ValueError for another recording than the training's.");
 }
 
 }  // namespace
@@ -194,7 +317,7 @@ void bind_training(py::module_& m) {
     bind_tree_file(m);
     m.def(
         "train", &train, py::arg("body"), py::arg("recording"),
-        py::arg("bounds") = std::vector<std::string>{"nbd", "learned_affine"}, py::kw_only(),
+        py::arg("bounds") = std::vector{BoundKind::nbd, BoundKind::learned_affine}, py::kw_only(),
         py::arg("depth") = py::none(), py::arg("modes") = defaults.modes,
         py::arg("clusters") = defaults.clusters.k_means.clusters, py::arg("network") = "default",
         py::arg("epochs") = defaults.mlp.max_epochs, py::arg("held_out") = py::none(),
@@ -206,13 +329,16 @@ void bind_training(py::module_& m) {
         "same bits. checkpoint: a file that an interrupted training continues from. progress: a function "
         "(what, done, total). Ctrl-C stops it. split: of the dataset, by its name, instead of held_out.");
     m.def("calibrate", &calibrated, py::arg("file"), py::arg("recording"), py::arg("miss_rate") = 1e-3,
-          py::arg("confidence") = py::none(),
+          py::arg("confidence") = py::none(), UsesFilesLong(),
           "A new file with margins for a stated miss rate; the given one stays as it is. Of the recording "
           "of the training, uses the trajectories kept for calibration; of another one, all complete ones. "
           "Raises ValueError for a rate or confidence out of range, or too high for so few trajectories.");
-    m.def("transfer_tree", &transferred, py::arg("file"), py::arg("body"),
+    m.def("transfer_tree", &transferred, py::arg("file"), py::arg("body"), ComputesLong(),
           "A new file for a body with another resolution of the surface: nbd bounds with their calibration, "
           "as `nbdtree transfer`. Raises ValueError where the surfaces do not lie over each other.");
+    bind_evaluate(m);
+    bind_coverage(m);
+    bind_contact_scenes(m);
 }
 
 }  // namespace nbd::python

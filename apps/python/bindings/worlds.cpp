@@ -1,25 +1,142 @@
 #include <fmt/format.h>
-#include <pybind11/stl.h>
-#include <pybind11/stl/filesystem.h>
 
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "apps/cli/load_body.hpp"
+#include "apps/cli/output.hpp"
+#include "apps/cli/scene_files.hpp"
 #include "apps/python/bindings/arrays.hpp"
 #include "apps/python/bindings/bindings.hpp"
-#include "apps/python/bindings/scene_argument.hpp"
+#include "apps/python/bindings/long_call.hpp"
 #include "apps/python/bindings/shared_tree.hpp"
+#include "apps/python/bindings/typed.hpp"
 #include "collision/base/notice.hpp"
+#include "meshing/body/body.hpp"
 #include "sim/scene/body_warnings.hpp"
+#include "sim/scene/scene.hpp"
 #include "sim/world/start_check.hpp"
 #include "sim/world/world.hpp"
+
+namespace pybind11::detail {
+
+template <>
+struct type_caster<nbd::StepTrouble> {
+    static constexpr auto name = const_name("str");
+
+    static handle cast(nbd::StepTrouble trouble, return_value_policy, handle) {
+        return str(nbd::name(trouble)).release();
+    }
+};
+
+}  // namespace pybind11::detail
 
 namespace nbd::python {
 namespace {
 
+/// Takes an object of class T out of a body's entry and leaves a text in its place; null if none is there.
+template <class T>
+std::shared_ptr<const T> take(py::dict& entry, const char* key) {
+    if (!entry.contains(key) || !py::isinstance<T>(entry[key])) return nullptr;
+    auto object = entry[key].cast<std::shared_ptr<T>>();
+    entry[key] = "an object in memory";
+    return object;
+}
+
+void check_tree(const LoadedBody& body, std::size_t number) {
+    if (!body.tree) return;
+    if (!body.body)
+        throw std::invalid_argument(fmt::format(
+            "bodies[{}].tree: is an object; allowed: beside a body that is an object, too", number));
+    if (body.tree->vertex_count != body.body->surface.X.rows() || body.tree->faces != body.body->surface.F)
+        throw std::invalid_argument(
+            fmt::format("bodies[{}].tree: is of another surface than the body", number));
+}
+
+/// A scene as Python gives it: a path, or a dictionary whose bodies may name objects instead of files.
+struct GivenScene {
+    SceneSpec spec;
+    std::vector<LoadedBody> bodies;  // null pointers: from files
+};
+
+/// folder: of relative paths in a dictionary; None: the current one. Throws what load_scene() throws, and
+/// std::invalid_argument for anything else.
+GivenScene scene_from(py::handle scene, py::handle folder) {
+    GivenScene given;
+    if (!py::hasattr(scene, "keys")) {
+        given.spec = load_scene(path_from(scene, "scene"));
+        given.bodies.resize(given.spec.bodies.size());
+        return given;
+    }
+    const auto copy = py::module_::import("copy").attr("copy");
+    py::dict top;  // a copy: the caller's dictionary stays as it is
+    top.attr("update")(scene);
+    if (top.contains("bodies") && py::isinstance<py::sequence>(top["bodies"])) {
+        py::list bodies;
+        for (const py::handle body : top["bodies"]) {
+            LoadedBody& loaded = given.bodies.emplace_back();
+            py::object entry = copy(body);
+            if (py::isinstance<py::dict>(entry)) {
+                auto keys = py::reinterpret_borrow<py::dict>(entry);
+                loaded.body = take<Body>(keys, "body");
+                loaded.tree = take<CollisionTree>(keys, "tree");
+                check_tree(loaded, given.bodies.size() - 1);
+            }
+            bodies.append(entry);
+        }
+        top["bodies"] = bodies;
+    }
+    const std::string text = py::module_::import("json").attr("dumps")(top).cast<std::string>();
+    given.spec =
+        parse_scene(text, folder.is_none() ? std::filesystem::current_path() : path_from(folder, "folder"));
+    given.bodies.resize(given.spec.bodies.size());
+    return given;
+}
+
+/// Reads what is not given from files, and makes the trees.
+void load_bodies(GivenScene& given) {
+    Output silent;
+    silent.quiet = true;
+    SceneFiles files;
+    for (std::size_t b = 0; b < given.bodies.size(); ++b) {
+        const SceneBody& body = given.spec.bodies[b];
+        LoadedBody& loaded = given.bodies[b];
+        if (!loaded.body) {
+            loaded = files.load(body, silent);
+        } else if (!loaded.tree && !body.tree.empty()) {
+            TreeFile file = load_tree_of(body.name, body_hash(*loaded.body), body.tree);
+            loaded.tree = std::make_shared<const CollisionTree>(std::move(file.tree));
+        }
+    }
+    make_trees(given.spec, given.bodies);
+}
+
 /// A world, with the scene that it was built from.
 struct WorldObject {
-    WorldObject(SceneArgument argument, std::vector<LoadedBody> loaded)
-        : scene(std::move(argument.spec)),
-          bodies(std::move(loaded)),
+    explicit WorldObject(GivenScene given)
+        : scene(std::move(given.spec)),
+          bodies(std::move(given.bodies)),
           world(build_world(scene, bodies, &moves)) {}
+
+    operator Lockable&() { return *posing; }
+    /// The body's number. Throws IndexError if it is out of range.
+    int checked(int body) const {
+        if (body < 0 || body >= world.body_count())
+            throw py::index_error(fmt::format("body: is {}; allowed: 0..{}", body, world.body_count() - 1));
+        return body;
+    }
+    /// The world, which is in use; poses that refer to it end.
+    World& change() {
+        ++posing->changes;
+        return world;
+    }
 
     SceneSpec scene;
     std::vector<LoadedBody> bodies;
@@ -27,15 +144,7 @@ struct WorldObject {
     World world;
     std::shared_ptr<PosingWorld> posing = std::make_shared<PosingWorld>();
 };
-
-/// Marks a world as used while alive; poses that refer to it end.
-class Change {
- public:
-    explicit Change(WorldObject& object) : use_(object.posing->lock, "World") { ++object.posing->changes; }
-
- private:
-    Use use_;
-};
+using UsedWorld = Used<WorldObject>;
 
 /// Warns of what may make the motion wrong.
 void tell(const WorldObject& object) {
@@ -48,29 +157,22 @@ void tell(const WorldObject& object) {
     for (const std::string& line : narrow_gap_warnings(scene, object.world)) notice(line);
 }
 
-std::unique_ptr<WorldObject> make_world(py::handle scene, const py::object& folder) {
-    SceneArgument argument(scene, folder);
-    return stoppable<FileCall>([&] {
-        std::vector<LoadedBody> bodies = argument.load();
-        auto object = std::make_unique<WorldObject>(std::move(argument), std::move(bodies));
-        tell(*object);
-        return object;
-    });
-}
-
-/// The body's number. Throws IndexError if it is out of range.
-int checked(const WorldObject& self, int body) {
-    if (body < 0 || body >= self.world.body_count())
-        throw py::index_error(fmt::format("body: is {}; allowed: 0..{}", body, self.world.body_count() - 1));
-    return body;
+std::unique_ptr<WorldObject> make_world(const Typed<"Union[Path, Mapping[str, Any]]">& scene,
+                                        const Typed<"Optional[Path]">& folder) {
+    GivenScene given = scene_from(scene, folder);
+    const Stoppable stop;
+    const FileCall call;
+    load_bodies(given);
+    auto object = std::make_unique<WorldObject>(std::move(given));
+    tell(*object);
+    return object;
 }
 
 /// Ctrl-C takes the step back. If no handler raises then, or another thread has to, the step begins again and
 /// goes to its end.
-WorldReport step(WorldObject& self, std::optional<double> dt) {
-    const Change change(self);
-    const double length = dt.value_or(self.scene.time.dt);
-    const auto work = [&] { return self.world.step(length); };
+WorldReport step(const UsedWorld& self, std::optional<double> dt) {
+    World& world = self->change();
+    const auto work = [&] { return world.step(dt.value_or(self->scene.time.dt)); };
     try {
         const Stoppable stop;
         return long_call(work);
@@ -80,129 +182,109 @@ WorldReport step(WorldObject& self, std::optional<double> dt) {
     return long_call(work);
 }
 
+using Moves = std::vector<std::pair<int, Eigen::Vector3d>>;
+
 /// [(body, by), ...]
-py::list as_list(const std::vector<StartMove>& moves) {
-    py::list all;
-    for (const StartMove& move : moves)
-        all.append(py::make_tuple(move.body, owned(Eigen::Vector3d(move.by))));
+Moves pairs_of(const std::vector<StartMove>& moves) {
+    Moves all;
+    for (const StartMove& move : moves) all.emplace_back(move.body, move.by);
     return all;
 }
 
-py::list resolve_start(WorldObject& self) {
-    const Change change(self);
-    return as_list(stoppable([&] { return self.world.resolve_start(); }));
-}
-
-void check_start(WorldObject& self) {
-    const Use use(self.posing->lock, "World");
-    long_call([&] { self.world.check_start(); });
-}
-
-/// A view of an array that the world keeps in place, and whose memory keeps the world alive.
-template <class Get>
-py::array world_view(py::object self, int body, bool writable, const Get& get) {
-    auto& object = self.cast<WorldObject&>();
-    return view(get(object.world, checked(object, body)), self, writable);
-}
-
 void bind_state(py::class_<WorldObject>& world) {
+    const auto of_body = py::arg("body") = 0;
+    constexpr auto refer = py::return_value_policy::reference_internal;
     world
         .def(
             "positions",
-            [](py::object self, int body) {
-                return world_view(self, body, false,
-                                  [](World& w, int b) -> const Nodes& { return w.state(b).x; });
+            [](const WorldObject& self, int body) -> const Nodes& {
+                return self.world.state(self.checked(body)).x;
             },
-            py::arg("body") = 0,
+            refer, of_body,
             "Positions of the tet nodes [N, 3], metres, counted from `origin`: a read-only view, which shows "
             "every step and keeps the world alive.")
         .def(
             "velocities",
-            [](py::object self, int body) {
-                return world_view(self, body, false,
-                                  [](World& w, int b) -> const Nodes& { return w.state(b).v; });
+            [](const WorldObject& self, int body) -> const Nodes& {
+                return self.world.state(self.checked(body)).v;
             },
-            py::arg("body") = 0, "Velocities of the tet nodes [N, 3], m/s: likewise a view.")
+            refer, of_body, "Velocities of the tet nodes [N, 3], m/s: likewise a view.")
         .def(
             "forces",
-            [](py::object self, int body) {
-                return world_view(self, body, true,
-                                  [](World& w, int b) -> const Nodes& { return w.forces(b); });
-            },
-            py::arg("body") = 0,
+            [](WorldObject& self, int body) -> Nodes& { return self.world.forces(self.checked(body)); },
+            refer, of_body,
             "Outer forces on the tet nodes [N, 3], newtons: a view to write to. They act until changed.")
         .def(
             "contact_forces",
-            [](py::object self, int body) {
-                return world_view(self, body, false,
-                                  [](World& w, int b) -> const Nodes& { return w.contact_forces(b); });
+            [](const WorldObject& self, int body) -> const Nodes& {
+                return self.world.contact_forces(self.checked(body));
             },
-            py::arg("body") = 0,
+            refer, of_body,
             "Mean contact forces on the tet nodes over the last step [N, 3], newtons: a view.")
         .def(
             "masses",
-            [](py::object self, int body) {
-                auto& object = self.cast<WorldObject&>();
-                return view(object.world.elastic(checked(object, body)).node_masses(), self);
+            [](const WorldObject& self, int body) -> const Eigen::VectorXd& {
+                return self.world.elastic(self.checked(body)).node_masses();
             },
-            py::arg("body") = 0, "Masses of the tet nodes [N], kg: a view.")
+            refer, of_body, "Masses of the tet nodes [N], kg: a view.")
         .def(
             "surface_positions",
-            [](WorldObject& self, int body) {
-                const Use use(self.posing->lock, "World");
-                const World& w = self.world;
-                return owned(embedded(w.surface(checked(self, body)).W(), w.state(body).x));
+            [](const UsedWorld& self, int body) {
+                const World& w = self->world;
+                return embedded(w.surface(self->checked(body)).W(), w.state(body).x);
             },
-            py::arg("body") = 0,
+            of_body,
             "Positions of the surface's vertices [n, 3], metres, counted from `origin`: a new array.")
         .def(
             "drive",
-            [](WorldObject& self, py::handle nodes, py::handle targets, int body) {
-                const NodeRows rows(targets, "targets", 3);
-                const Use use(self.posing->lock, "World");
-                self.world.drive(checked(self, body), index_list(nodes, "nodes"), rows.as<Nodes>());
+            [](const UsedWorld& self, const Typed<"Array">& nodes, const Rows<Nodes, "targets">& targets,
+               int body) {
+                self->world.drive(self->checked(body), list_from<std::int32_t>(nodes, "nodes"), *targets);
             },
-            py::arg("nodes"), py::arg("targets"), py::arg("body") = 0,
+            py::arg("nodes"), py::arg("targets"), of_body,
             "Moves nodes to targets [nodes, 3], counted from `origin`, in the next step and holds them "
-            "there until the next call, which replaces them. No nodes: frees all.");
+            "there until the next call, which replaces them. No nodes: frees all.")
+        .def(
+            "snapshot", [](const UsedWorld& self) { return self->world.snapshot(); },
+            "The state now, without outer forces and driven nodes.")
+        .def(
+            "restore",
+            [](const UsedWorld& self, const WorldSnapshot& snapshot) { self->change().restore(snapshot); },
+            py::arg("snapshot"), "Continues from a snapshot, with the same bits.");
 }
 
-void begin_pose_of_world(WorldObject& self, int body, PosedTreeObject& tree) {
-    const CollisionTree& asked = tree.tree.tree();
-    const ContactSurface& surface = self.world.surface(checked(self, body));
+void begin_pose_of_world(const UsedWorld& self, int body, const Used<PosedTreeObject>& tree) {
+    const CollisionTree& asked = tree->tree.tree();
+    const ContactSurface& surface = self->world.surface(self->checked(body));
     if (asked.vertex_count != surface.vertex_count() || asked.faces != surface.F())
         throw std::invalid_argument("PosedTree: is of another surface than the body's");
-    if (tree.tree.takes_nodes() && !asked.affine->hangs_by(surface.W().cast<float>()))
+    if (tree->tree.takes_nodes() && !asked.affine->hangs_by(surface.W().cast<float>()))
         throw std::invalid_argument("PosedTree: its affine bounds have other weights than the body");
-    const Use use(self.posing->lock, "World"), use_tree(tree.lock, "PosedTree");
-    tree.pose([&] { self.world.begin_pose(body, tree.tree); }, py::cast(&self));
-    tree.world = self.posing;
-    tree.world_changes = self.posing->changes;
+    tree->pose([&] { self->world.begin_pose(body, tree->tree); }, py::cast(&*self));
+    tree->world = self->posing;
+    tree->world_changes = self->posing->changes;
+}
+
+std::vector<FacePair> intersecting_bodies(const UsedWorld& self, int a, int b) {
+    if (self->checked(a) == self->checked(b))
+        throw std::invalid_argument("a and b are one body; allowed: two, or intersecting_faces()");
+    return self->world.intersecting(a, b);
+}
+
+std::vector<std::tuple<int, int, int, int>> faces_that_intersect(const UsedWorld& self) {
+    std::vector<std::tuple<int, int, int, int>> all;
+    for (const Intersection& hit : self->world.intersecting_faces())
+        all.emplace_back(hit.surface_a, hit.a, hit.surface_b, hit.b);
+    return all;
 }
 
 void bind_queries_of_world(py::class_<WorldObject>& world) {
     world
-        .def(
-            "intersecting",
-            [](WorldObject& self, int a, int b) {
-                if (checked(self, a) == checked(self, b))
-                    throw std::invalid_argument(
-                        "a and b are one body; allowed: two, or intersecting_faces()");
-                const Use use(self.posing->lock, "World");
-                return pair_array(long_call([&] { return self.world.intersecting(a, b); }));
-            },
-            py::arg("a"), py::arg("b"), "Intersecting face pairs of two bodies now, found with their bounds.")
-        .def(
-            "intersecting_faces",
-            [](WorldObject& self) {
-                const Use use(self.posing->lock, "World");
-                std::vector<std::tuple<int, int, int, int>> all;
-                for (const Intersection& hit : long_call([&] { return self.world.intersecting_faces(); }))
-                    all.emplace_back(hit.surface_a, hit.a, hit.surface_b, hit.b);
-                return all;
-            },
-            "All faces that intersect, also within a body and with meshes of obstacles, by exact tests: "
-            "(body or obstacle, face, body or obstacle, face).")
+        .def("intersecting", &intersecting_bodies, py::arg("a"), py::arg("b"), Computes(),
+             "Intersecting face pairs of two bodies now, found with their bounds.")
+        .def("intersecting_faces", &faces_that_intersect, Computes(),
+             "All faces that intersect, also within a body and with meshes of obstacles, by exact tests: "
+             "(body or obstacle, face, body or obstacle, face).")
         .def("begin_pose", &begin_pose_of_world, py::arg("body"), py::arg("tree"),
              "Starts the pose of a tree over a body's surface. Refers to the world; "
              "valid until its next step, after which queries raise RuntimeError. "
@@ -212,19 +294,8 @@ void bind_queries_of_world(py::class_<WorldObject>& world) {
 void bind_report(py::module_& m) {
     py::class_<WorldReport> report(m, "WorldReport", "What a step did; SI units, costs in microseconds.");
     for (const StepNumber& number : step_numbers)
-        std::visit(
-            [&](auto member) {
-                report.def_property_readonly(
-                    number.name,
-                    [member](const WorldReport& r) {
-                        if constexpr (std::is_same_v<decltype(member), StepTrouble StepReport::*>)
-                            return std::string(name(r.*member));
-                        else
-                            return r.*member;
-                    },
-                    number.text);
-            },
-            number.member);
+        std::visit([&](auto member) { report.def_readonly(number.name, member, number.text); },
+                   number.member);
     report.def_readonly("trouble_reason", &WorldReport::trouble_reason)
         .def_readonly("failure", &WorldReport::failure,
                       "Empty, or why the step failed; the world must not be stepped again.")
@@ -253,19 +324,22 @@ void bind_worlds(py::module_& m) {
              "Advances by dt seconds, by default the scene's. Returns a report: look at `failure`. Raises "
              "ValueError for dt <= 0, and before the first step without intersections if surfaces intersect. "
              "Ctrl-C takes the step back, whose contact forces are zero then, and raises KeyboardInterrupt.")
-        .def("check_start", &check_start,
-             "Raises ValueError, naming the faces, where steps without intersections are asked for "
-             "and surfaces intersect. The first step does it, too.")
-        .def("resolve_start", &resolve_start,
-             "Moves bodies without grips apart, and out of obstacles, until nothing intersects. "
-             "Returns [(body, by), ...], the moves in metres. "
-             "Raises ValueError, naming the faces, where that does not help.")
+        .def(
+            "check_start", [](const UsedWorld& self) { self->world.check_start(); }, Computes(),
+            "Raises ValueError, naming the faces, where steps without intersections are asked for "
+            "and surfaces intersect. The first step does it, too.")
+        .def(
+            "resolve_start", [](const UsedWorld& self) { return pairs_of(self->change().resolve_start()); },
+            ComputesLong(),
+            "Moves bodies without grips apart, and out of obstacles, until nothing intersects. "
+            "Returns [(body, by), ...], the moves in metres. "
+            "Raises ValueError, naming the faces, where that does not help.")
         .def_property_readonly(
-            "start_moves", [](const WorldObject& self) { return as_list(self.moves); },
+            "start_moves", [](const WorldObject& self) { return pairs_of(self.moves); },
             "What the scene's `resolve_start` moved before the world began: [(body, by), ...], metres.")
         .def_property_readonly("time", [](const WorldObject& self) { return self.world.time(); })
         .def_property_readonly(
-            "origin", [](const WorldObject& self) { return owned(Eigen::Vector3d(self.world.origin())); },
+            "origin", [](const WorldObject& self) { return Eigen::Vector3d(self.world.origin()); },
             "[3] metres: what all positions of the world are counted from; "
             "zero unless its bodies lie far away.")
         .def_property_readonly("dt", [](const WorldObject& self) { return self.scene.time.dt; })
@@ -291,20 +365,6 @@ void bind_worlds(py::module_& m) {
                                    for (const SceneBody& body : self.scene.bodies) names.push_back(body.name);
                                    return names;
                                })
-        .def(
-            "snapshot",
-            [](WorldObject& self) {
-                const Use use(self.posing->lock, "World");
-                return self.world.snapshot();
-            },
-            "The state now, without outer forces and driven nodes.")
-        .def(
-            "restore",
-            [](WorldObject& self, const WorldSnapshot& snapshot) {
-                const Change change(self);
-                self.world.restore(snapshot);
-            },
-            py::arg("snapshot"), "Continues from a snapshot, with the same bits.")
         .def("__len__", [](const WorldObject& self) { return self.world.body_count(); });
     bind_state(world);
     bind_queries_of_world(world);

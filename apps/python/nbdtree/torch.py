@@ -1,6 +1,5 @@
 """Datasets for PyTorch: windows of frames of a recording, with the graph of the body and its contact with itself."""
 
-import bisect
 import os
 
 import numpy as np
@@ -61,10 +60,10 @@ class Dataset(torch.utils.data.Dataset):
         self.edges = mesh_edges(self.body.T)
         self.rest = torch.from_numpy(self.body.X.astype(np.float32))
         self._reader, self._process = None, None
-        self._trajectories, self._ends = self._windows(part)
+        self._windows = self._windows_of(part)
 
-    def _windows(self, part):
-        """The trajectories of a part and, for each, how many windows there are up to its end."""
+    def _windows_of(self, part):
+        """Where the windows of a part begin, [windows, 2]: the trajectory's place in the recording, and the frame."""
         reader = self._open()
         chosen = None
         if part != "all":
@@ -72,7 +71,7 @@ class Dataset(torch.utils.data.Dataset):
             if self.split not in splits:
                 raise ValueError(f'split: is "{self.split}"; allowed: {", ".join(splits)}')
             chosen = set(splits[self.split][part])
-        trajectories, ends = [], []
+        windows = [np.empty((0, 2), int)]
         for index, info in enumerate(reader.trajectories):
             if info.failure or (chosen is not None and info.id not in chosen) or info.frames < self.window:
                 continue
@@ -81,9 +80,9 @@ class Dataset(torch.utils.data.Dataset):
             missing = [name for name in self.fields if name not in reader.extras(index)]
             if missing:
                 raise ValueError(f"{self.path}: trajectory {info.id} has no {missing[0]}")
-            trajectories.append(index)
-            ends.append((ends[-1] if ends else 0) + info.frames - self.window + 1)
-        return trajectories, ends
+            frames = np.arange(info.frames - self.window + 1)
+            windows.append(np.stack([np.full_like(frames, index), frames], axis=1))
+        return np.concatenate(windows)
 
     def _open(self):
         """The reader of this process: HDF5 files do not survive a fork."""
@@ -102,19 +101,14 @@ class Dataset(torch.utils.data.Dataset):
         self.body = load_body(self._body_file)
 
     def __len__(self):
-        return self._ends[-1] if self._ends else 0
+        return len(self._windows)
 
     def place(self, index):
         """Where window `index` begins: the trajectory's place in the recording, and the frame."""
-        return self._place(index, self._trajectories, self._ends)
-
-    @staticmethod
-    def _place(index, trajectories, ends):
-        count = ends[-1] if ends else 0
-        if not 0 <= index < count:
-            raise IndexError(f"window {index}; the dataset has {count}")
-        at = bisect.bisect_right(ends, index)
-        return trajectories[at], index - (ends[at - 1] if at else 0)
+        if not 0 <= index < len(self):
+            raise IndexError(f"window {index}; the dataset has {len(self)}")
+        trajectory, frame = self._windows[index].tolist()
+        return trajectory, frame
 
     def __getitem__(self, index):
         trajectory, frame = self.place(index)
@@ -154,14 +148,11 @@ class Dataset(torch.utils.data.Dataset):
         if self.window < 3:
             raise ValueError("statistics need a window of at least 3 frames")
         has_splits = self.part != "all" or is_dataset(self.path)
-        trajectories, ends = self._windows("train" if has_splits else "all")
-        count = ends[-1] if ends else 0
-        if count == 0:
+        chosen = self._windows_of("train" if has_splits else "all")
+        if len(chosen) == 0:
             raise ValueError(f"{self.path}: has no window of {self.window} frames to train on")
-        reader, x = self._open(), []
-        for index in range(0, count, max(1, count // windows)):
-            trajectory, frame = self._place(index, trajectories, ends)
-            x.append(torch.from_numpy(reader.read(trajectory, frame, 3)))
+        reader, spread = self._open(), chosen[:: max(1, len(chosen) // windows)].tolist()
+        x = [torch.from_numpy(reader.read(trajectory, frame, 3)) for trajectory, frame in spread]
         x = torch.stack(x)
         v, a = x[:, 1:] - x[:, :-1], x[:, 2] - 2 * x[:, 1] + x[:, 0]
         return {
