@@ -1,10 +1,10 @@
 """The specification of the files, apps/docs/formats.md, against real files: each item of a file must be in it with
 its type and shape, each item in it must be in a file, and a file has all items that go with those it has."""
 
+import hashlib
 import json
 import pathlib
 import re
-import subprocess
 
 import numpy as np
 import pytest
@@ -161,12 +161,12 @@ def check(path, kind):
 
 
 @pytest.fixture(scope="module")
-def files(program, assets, tmp_path_factory):
+def files(command, assets, tmp_path_factory):
     """Files of every kind, with as much in them as can be."""
     folder = tmp_path_factory.mktemp("formats")
 
     def run(*arguments):
-        subprocess.run([program, *map(str, arguments), "-q"], cwd=folder, check=True)
+        command(*arguments, cwd=folder)
 
     run("mesh", assets / "beam.obj", "-o", "beam.h5")
     run("mesh", assets / "block.mesh", "-o", "block.h5", "--region", "group 2:young=3e5")
@@ -205,6 +205,34 @@ FILES = {
     "dataset": ["more.h5", "less.h5", "far_poses.h5"],
     "tree": ["tree.h5", "small.h5"],
 }
+
+
+def test_plain_h5py_finds_the_numbers_that_we_do(files):
+    body, tree, reader = nbd.load_body(files / "beam.h5"), nbd.load_tree(files / "tree.h5"), nbd.RecordingReader(files / "more.h5")
+    with h5py.File(files / "beam.h5") as file:
+        assert file.attrs["units"].decode() == "m, s, kg" and file["material"].attrs["density"] == body.material.density
+        for name, array in (("tets/nodes", body.X), ("tets/cells", body.T), ("surface/faces", body.F),
+                            *zip(("embedding/values", "embedding/cols", "embedding/rows"), body.W)):
+            assert file[name].dtype == array.dtype and np.array_equal(file[name], array), name
+        assert file["tets/nodes"].fletcher32 and np.allclose(file["surface/vertices"], body.surface_positions(body.X))
+        digest = hashlib.sha256()
+        for name in file.attrs["body_sha256_of"].decode().split():
+            data = file[name]
+            digest.update(f"{name} {data.dtype} {' x '.join(map(str, data.shape))}\n".encode() + data[:].tobytes())
+        assert digest.hexdigest() == file.attrs["body_sha256"].decode() == body.hash
+    with h5py.File(files / "more.h5") as file:
+        for place, info in enumerate(reader.trajectories):
+            trajectory = file[f"trajectories/{info.id:06}"]
+            assert (trajectory.attrs["id"], trajectory.attrs["seed"]) == (info.id, info.seed)
+            assert trajectory.attrs["failure"].decode() == info.failure and trajectory["recipe"][0].decode() == info.recipe
+            assert trajectory["positions"].is_virtual and np.array_equal(trajectory["positions"], reader.read(place))
+            assert np.array_equal(trajectory["times"], reader.times(place))
+        assert json.loads(file["dataset/plan"][0])["frames"] == 30
+    with h5py.File(files / "tree.h5") as file:
+        assert file["bd/modes/U"] == file["nbd/modes/U"]  # a link to the same dataset
+        assert np.array_equal(file["topology/rest_spheres"], tree.tree.rest_spheres)
+        assert np.array_equal(file["calibration/nbd/margins"], tree.tree.calibrations["nbd"]["margins"])
+        assert json.loads(file["facts/config"][0])["modes"] == 16 and file["facts"].attrs["poses"] == tree.facts["poses"]
 
 
 @pytest.mark.parametrize("kind", FILES)

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "collision/base/counter_random.hpp"
-#include "training/files/recording.hpp"
 
 namespace nbd::test {
 namespace {
@@ -149,6 +148,15 @@ void Bar::record(const std::filesystem::path& path, int trajectories, int frames
         file.end_trajectory(handle, fails ? "tetrahedron 3 inverted" : "");
     }
     file.finish();
+}
+
+RecordingReader Bar::recorded(const std::filesystem::path& path, const std::vector<Vertices>& poses) const {
+    RecordingWriter file(path);
+    const int handle = file.begin_trajectory({.body_hash = body.hash, .recipe = {}, .failure = {}}, nodes);
+    for (int time = 0; const Vertices& x : poses) file.add_frame(handle, time++, x);
+    file.end_trajectory(handle);
+    file.finish();
+    return RecordingReader(path);
 }
 
 }  // namespace nbd::test

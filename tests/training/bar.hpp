@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "training/files/recording.hpp"
 #include "training/files/surface_body.hpp"
 
 namespace nbd::test {
@@ -30,6 +31,9 @@ struct Bar {
     /// Records `trajectories` with `frames` frames each; those in `failed` end in a failure.
     void record(const std::filesystem::path& path, int trajectories, int frames, std::uint64_t seed,
                 const std::vector<int>& failed = {}) const;
+
+    /// Records these poses as the frames of one trajectory, and reads them.
+    RecordingReader recorded(const std::filesystem::path& path, const std::vector<Vertices>& poses) const;
 };
 
 }  // namespace nbd::test

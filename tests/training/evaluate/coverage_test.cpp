@@ -178,17 +178,9 @@ TEST_F(Coverage, CountsEveryVertexOutsideOfSpheresThatAreTooSmall) {
 }
 
 TEST_F(Coverage, OfLearnedAffineBoundsHoldsFarOutOfDistribution) {
-    RecordingWriter writer(folder / "flat.h5");
-    const int handle =
-        writer.begin_trajectory({.body_hash = bar.body.hash, .recipe = {}, .failure = {}}, Bar::nodes);
-    for (int f = 0; f < 10; ++f) {
-        Vertices x = bar.frame(2, 3, f);
-        x.col(1) *= 0.02f;
-        writer.add_frame(handle, f, x);
-    }
-    writer.end_trajectory(handle);
-    writer.finish();
-    const RecordingReader flat(folder / "flat.h5");
+    std::vector<Vertices> poses;
+    for (int f = 0; f < 10; ++f) poses.emplace_back(bar.frame(2, 3, f)).col(1) *= 0.02f;
+    const RecordingReader flat = bar.recorded(folder / "flat.h5", poses);
     for (const CoverageRow& row :
          measure_coverage(bar.body, tree, BoundKind::learned_affine, flat, complete_frames(flat))) {
         if (row.depth == 0) {  // the maps of the other levels fit flat poses
@@ -203,15 +195,10 @@ TEST_F(Coverage, OfNbdBoundsHoldsFarOutOfDistribution) {
     for (const CoverageRow& row : measure_coverage(bar.body, tree, BoundKind::nbd, data, held_out))
         EXPECT_LT(row.out_of_range, 0.3) << row.depth;
     // Bends and stretches the bar well beyond the training poses.
-    RecordingWriter writer(folder / "far.h5");
-    const int handle =
-        writer.begin_trajectory({.body_hash = bar.body.hash, .recipe = {}, .failure = {}}, Bar::nodes);
+    std::vector<Vertices> poses;
     for (int f = 0; f < 10; ++f)
-        writer.add_frame(handle, f,
-                         bar.pose(2.5 + 0.1 * f, 1.5, 0.5, Eigen::Quaterniond::Identity(), {0, 0, 0}));
-    writer.end_trajectory(handle);
-    writer.finish();
-    const RecordingReader far(folder / "far.h5");
+        poses.push_back(bar.pose(2.5 + 0.1 * f, 1.5, 0.5, Eigen::Quaterniond::Identity(), {0, 0, 0}));
+    const RecordingReader far = bar.recorded(folder / "far.h5", poses);
     for (const CoverageRow& row :
          measure_coverage(bar.body, tree, BoundKind::nbd, far, complete_frames(far))) {
         EXPECT_EQ(row.out_of_range, 1) << row.depth;

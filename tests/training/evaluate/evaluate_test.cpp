@@ -59,6 +59,29 @@ class Evaluate : public testing::Test {
         return *row;
     }
 
+    /// A recording of some trajectories of data.h5, as `info` names them: `count` frames of each, from
+    /// `first` on, every `step`th one, moved by `by` metres. source: what it was remapped from.
+    static RecordingReader copied(const char* name, const std::vector<std::pair<int, TrajectoryInfo>>& infos,
+                                  int count, int first, int step, float by, const std::string& source = {}) {
+        const RecordingReader data(folder / "data.h5");
+        RecordingWriter writer(folder / name);
+        if (!source.empty()) writer.label("remapped_from_sha256", source);
+        Vertices x;
+        for (const auto& [trajectory, info] : infos) {
+            const int handle = writer.begin_trajectory(info, Bar::nodes);
+            for (int f = 0; f < count; ++f) {
+                data.read(trajectory, first + step * f, 1, x);
+                writer.add_frame(handle, f, (x.array() + by).matrix());
+            }
+            writer.end_trajectory(handle);
+        }
+        writer.finish();
+        return RecordingReader(folder / name);
+    }
+    static TrajectoryInfo info_of(int id, std::uint64_t seed) {
+        return {.id = id, .seed = seed, .body_hash = bar->body.hash, .recipe = "{}", .failure = {}};
+    }
+
     static inline std::unique_ptr<test::TemporaryFolder> own;
     static inline std::filesystem::path folder;
     static inline Bar* bar = nullptr;
@@ -94,31 +117,19 @@ TEST_F(Evaluate, NamesBothSetsAndCountsPosesNodesAndVertices) {
 }
 
 TEST_F(Evaluate, KeepsTheSplitForPartOfARemappedRecording) {
-    const RecordingReader data(folder / "data.h5");
-    const int held_out = tree->facts.split.held_out_trajectories.at(0);
+    const int held_out = tree->facts.split.held_out_trajectories.at(0),
+              trained = tree->facts.split.train_trajectories.at(0);
     const auto copy = [&](const char* name, const std::string& source) {
-        RecordingWriter writer(folder / name);
-        writer.label("remapped_from_sha256", source);
-        Vertices x;
-        for (const int id : {held_out, tree->facts.split.train_trajectories.at(0)}) {
-            const int handle = writer.begin_trajectory(
-                {.id = id, .body_hash = bar->body.hash, .recipe = {}, .failure = {}}, Bar::nodes);
-            for (int f = 0; f < 5; ++f) {
-                data.read(id, f, 1, x);
-                writer.add_frame(handle, f, x);
-            }
-            writer.end_trajectory(handle);
-        }
-        writer.finish();
-        return test_frames(*tree, RecordingReader(folder / name));
+        return copied(name, {{held_out, info_of(held_out, 0)}, {trained, info_of(trained, 0)}}, 5, 0, 1, 0,
+                      source);
     };
-    const auto sets = copy("remapped.h5", tree->facts.recording_hash);
+    const RecordingReader remapped = copy("remapped.h5", tree->facts.recording_hash);
+    const auto sets = test_frames(*tree, remapped);
     EXPECT_EQ(sets.back().name, "held-out trajectories");
     ASSERT_EQ(sets.back().frames.size(), 5u);
-    const RecordingReader remapped(folder / "remapped.h5");
     for (const FrameId& frame : sets.back().frames)
         EXPECT_EQ(remapped.trajectories()[frame.trajectory].id, held_out);
-    const auto foreign = copy("foreign.h5", std::string(64, '0'));
+    const auto foreign = test_frames(*tree, copy("foreign.h5", std::string(64, '0')));
     ASSERT_EQ(foreign.size(), 1u);
     EXPECT_EQ(foreign[0].name, "other recording");
     EXPECT_EQ(foreign[0].frames.size(), 5u) << "one of the two trajectories was trained on";
@@ -135,38 +146,22 @@ std::vector<std::string> told_by(const std::function<void()>& action) {
 }
 
 TEST_F(Evaluate, LeavesOutTrajectoriesThatTheTreeHasSeenInOtherFiles) {
-    const RecordingReader data(folder / "data.h5");
     const TrainingSplit& split = tree->facts.split;
     const int trained = split.train_trajectories.at(0), kept = split.held_out_trajectories.at(0);
     // Every second frame, in another order, under other numbers and seeds; or the same origin and other
     // frames.
-    const auto write = [&](const char* name, bool same_frames, bool same_origin) {
-        RecordingWriter writer(folder / name);
-        Vertices x;
-        int next = 50;
-        for (const int id : {trained, kept}) {
-            const int handle = writer.begin_trajectory({.id = same_origin ? id : next++,
-                                                        .seed = same_origin ? 2u : 9u,
-                                                        .body_hash = bar->body.hash,
-                                                        .recipe = "{}",
-                                                        .failure = {}},
-                                                       Bar::nodes);
-            for (int f = 0; f < 12; ++f) {
-                data.read(id, 70 - 2 * f, 1, x);
-                if (!same_frames) x.array() += 0.25f;
-                writer.add_frame(handle, f, x);
-            }
-            writer.end_trajectory(handle);
-        }
-        writer.finish();
+    const auto copy = [&](bool same_frames, bool same_origin) {
+        return copied("copied.h5",
+                      {{trained, same_origin ? info_of(trained, 2) : info_of(50, 9)},
+                       {kept, same_origin ? info_of(kept, 2) : info_of(51, 9)}},
+                      12, 70, -2, same_frames ? 0 : 0.25f);
     };
     struct Case {
         bool same_frames, same_origin;
         const char* left_out;  // its number in the file
     };
     for (const Case& c : {Case{true, false, "50"}, Case{false, true, nullptr}, Case{false, false, ""}}) {
-        write("copied.h5", c.same_frames, c.same_origin);
-        const RecordingReader copied(folder / "copied.h5");
+        const RecordingReader copied = copy(c.same_frames, c.same_origin);
         std::vector<TestFrames> sets;
         const auto told = told_by([&] { sets = test_frames(*tree, copied); });
         const std::string number = c.left_out ? c.left_out : std::to_string(trained);
@@ -189,8 +184,7 @@ TEST_F(Evaluate, LeavesOutTrajectoriesThatTheTreeHasSeenInOtherFiles) {
     TreeFile old = *tree;
     old.facts.trained_on.reset();
     old.facts.calibrated_on.reset();
-    write("copied.h5", true, false);
-    const RecordingReader copied(folder / "copied.h5");
+    const RecordingReader copied = copy(true, false);
     const auto told = told_by([&] { EXPECT_EQ(test_frames(old, copied)[0].frames.size(), 24u); });
     ASSERT_EQ(told.size(), 1u);
     EXPECT_NE(told[0].find("cannot be checked"), std::string::npos) << told[0];

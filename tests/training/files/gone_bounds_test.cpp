@@ -1,8 +1,10 @@
 // Tests that trees with bounds that are gone are read without them.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "collision/base/notice.hpp"
@@ -73,12 +75,14 @@ TEST_F(GoneBoundsTest, AreNotAllThatATreeMayHold) {
             ": holds no bounds but ones that are gone; train the tree anew, or use the body without a tree");
 }
 
-TEST_F(GoneBoundsTest, SayWhatToWriteInstead) {
-    EXPECT_EQ(test::error_of<std::invalid_argument>([] { bound_kind("certified"); }),
-              "bounds \"certified\" are gone; write \"affine\"");
-    for (const std::string bounds : {"learned_spheres", "learned_boxes"})
-        EXPECT_EQ(test::error_of<std::invalid_argument>([&] { bound_kind(bounds); }),
-                  "bounds \"" + bounds + "\" are gone; write \"learned_affine\"");
+TEST(GoneBounds, SayWhatToWriteInstead) {
+    for (const auto& [gone, instead] :
+         {std::pair("certified", "affine"), std::pair("learned_spheres", "learned_affine"),
+          std::pair("learned_boxes", "learned_affine"), std::pair("modal", "nbd")})
+        EXPECT_EQ(test::error_of<std::invalid_argument>([&] { bound_kind(gone); }),
+                  fmt::format("bounds \"{}\" are gone; write \"{}\"", gone, instead));
+    EXPECT_EQ(instead_of_bound("nbd"), "");
+    EXPECT_EQ(bound_kind("nbd"), BoundKind::nbd);
 }
 
 }  // namespace

@@ -36,19 +36,11 @@ class Labels : public test::FileTest {
 };
 
 TEST_F(Labels, AreZeroForARigidlyMovedRestPose) {
-    {
-        RecordingWriter file(folder / "data.h5");
-        TrajectoryInfo info;
-        info.body_hash = bar.body.hash;
-        const int handle = file.begin_trajectory(info, Bar::nodes);
-        for (int f = 0; f < 20; ++f)
-            file.add_frame(handle, f,
-                           bar.pose(0, 0, 0, Eigen::Quaterniond(1, 0.3 * f, 1 - 0.1 * f, 0.5).normalized(),
-                                    {10.0 * f, -3, 1}));
-        file.end_trajectory(handle);
-        file.finish();
-    }
-    const RecordingReader data(folder / "data.h5");
+    std::vector<Vertices> poses;
+    for (int f = 0; f < 20; ++f)
+        poses.push_back(bar.pose(0, 0, 0, Eigen::Quaterniond(1, 0.3 * f, 1 - 0.1 * f, 0.5).normalized(),
+                                 {10.0 * f, -3, 1}));
+    const RecordingReader data = bar.recorded(folder / "data.h5", poses);
     FrameSource source(bar.body.W, data);
     for (const LabelFrame frame : {LabelFrame::clustered, LabelFrame::full}) {
         const PoseLabels labels =
