@@ -7,7 +7,7 @@
 
 #include "apps/simulate/run_paths.hpp"
 #include "meshing/surface/counted.hpp"
-#include "sim/scene/body_warnings.hpp"
+#include "sim/scene/scene_check.hpp"
 #include "sim/world/start_check.hpp"
 
 namespace nbd {

@@ -11,7 +11,7 @@
 #include "apps/source/pose_argument.hpp"
 #include "apps/view/scene_view.hpp"
 #include "meshing/h5/reader.hpp"
-#include "sim/excitation/recipe_obstacles.hpp"
+#include "sim/excitation/recipe.hpp"
 #include "sim/world/hang_on_body.hpp"
 
 namespace nbd {

@@ -6,8 +6,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "sim/scene/local_scene.hpp"
-
 namespace nbd {
 namespace {
 

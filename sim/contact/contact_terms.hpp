@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "sim/contact/contact.hpp"
-#include "sim/fem/coupled_system.hpp"
 #include "sim/fem/momentum.hpp"
+#include "sim/fem/step_system.hpp"
 #include "sim/patches/contact_surface.hpp"
 
 namespace nbd {

@@ -7,7 +7,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "sim/excitation/recipe_obstacles.hpp"
 #include "sim/world/hang_on_body.hpp"
 #include "sim/world/start_check.hpp"
 
@@ -64,7 +63,6 @@ World make_world(const Recipe& recipe, const NaturalScales& scales, const Body& 
     config.contact.slip_velocity = 1e-3 * scales.speed;
     config.contact.self_contact = excitation.self_contact;
     config.contact.intersection_free = excitation.intersection_free;
-    config.linear = excitation.linear;
     config.hierarchies = hierarchies;
     World world(config);
     for (Obstacle& obstacle : recipe_obstacles(recipe)) world.add_obstacle(std::move(obstacle));
@@ -96,8 +94,6 @@ Excitation::Excitation(Body body, const ExcitationConfig& config)
       tree_(make_tree(*body_)),
       hierarchies_(std::make_shared<RestHierarchies>()) {}
 
-double Excitation::frame_interval() const noexcept { return recipes_.frame_interval(); }
-
 World Excitation::start(int index) const {
     return make_world(recipes_.draw(index), recipes_.scales(), *body_, elastic_, tree_, config_,
                       hierarchies_);
@@ -109,7 +105,7 @@ TrajectoryResult Excitation::run(int index, const OnFrame& on_frame, int steps_p
         throw std::invalid_argument(
             fmt::format("excitation: {} steps per frame, but must be > 0", steps_per_frame));
     const Recipe recipe = recipes_.draw(index);
-    TrajectoryResult result{.recipe = recipe_json(recipe)};
+    TrajectoryResult result;
     World world = make_world(recipe, recipes_.scales(), *body_, elastic_, tree_, config_, hierarchies_);
     for (const StartFault& fault : start_faults(world, {"the body", "the thrown copy"}))
         if (fault.overlaps && result.start_fault.empty()) result.start_fault = fault.text;

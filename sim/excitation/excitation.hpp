@@ -15,7 +15,6 @@ namespace nbd {
 /// Result of a training trajectory.
 struct TrajectoryResult {
     int frames = 0;         // number of frames passed to on_frame
-    std::string recipe{};   // JSON text
     std::string failure{};  // empty: complete; otherwise one line, and the frames end at the last good one
     std::string start_fault{};  // empty, or one line: what overlaps at the start
 };
@@ -45,11 +44,8 @@ class Excitation {
     /// The world in which trajectory `index` starts.
     World start(int index) const;
 
-    /// Recipe of a trajectory as JSON text, as in its result.
+    /// Recipe of a trajectory as JSON text.
     std::string recipe(int index) const { return recipe_json(recipes_.draw(index)); }
-
-    const ExcitationConfig& config() const noexcept { return config_; }
-    double frame_interval() const noexcept;  // seconds, also if the config leaves it open
 
  private:
     std::shared_ptr<const Body> body_;

@@ -5,12 +5,13 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "meshing/body/body.hpp"
+#include "meshing/surface/mesh.hpp"
 #include "sim/excitation/recipe_ranges.hpp"
-#include "sim/excitation/thickness.hpp"
-#include "sim/solvers/linear_solve_config.hpp"
+#include "sim/obstacles/obstacle.hpp"
 #include "sim/world/grip.hpp"
 
 namespace nbd {
@@ -22,9 +23,30 @@ struct ExcitationConfig {
     int steps_per_frame = 2;         // > 0
     bool self_contact = false;       // the body meets itself, see ContactConfig
     bool intersection_free = false;  // steps keep all surfaces apart, see ContactConfig
-    LinearSolveConfig linear{};
     RecipeRanges ranges{};
     std::uint64_t seed = 1;
+};
+
+/// Local thickness of a body: 4 V / A within a ball. It equals the diameter of a rod and twice the thickness
+/// of a plate.
+class LocalThickness {
+ public:
+    explicit LocalThickness(const TetMesh& tets);
+
+    /// Thickness around a point, metres; infinite if no surface is near. radius: metres, > 0.
+    double at(const Eigen::Vector3d& point, double radius) const;
+
+    /// Volume, m3, of the tetrahedra with centroids in the ball.
+    double volume(const Eigen::Vector3d& point, double radius) const;
+
+ private:
+    struct Piece {
+        Eigen::Vector3d centroid;
+        double measure;  // volume or area
+    };
+    static double sum(const std::vector<Piece>& pieces, const Eigen::Vector3d& point, double radius);
+
+    std::vector<Piece> tets_, faces_;
 };
 
 /// Natural length, speed and time of a body's motion, so that recipes suit any size, stiffness and density.
@@ -39,6 +61,9 @@ struct NaturalScales {
     double sturdiness = 1;
 };
 NaturalScales natural_scales(const Body& body, const LocalThickness& thickness);
+
+/// Thickness above which a body counts as stocky, relative to its length.
+constexpr double stocky = 0.095;
 
 /// A force on the nodes around a node, strongest there and zero at `radius` (metres, in the rest pose). It
 /// rises and falls over its duration.
@@ -102,6 +127,13 @@ class RecipeBook {
 
 /// The recipe as JSON text, to be stored with the trajectory.
 std::string recipe_json(const Recipe& recipe);
+
+/// The rigid obstacles of a recipe: its floor, and plates that move. The thrown copy is not one of them.
+std::vector<Obstacle> recipe_obstacles(const Recipe& recipe);
+
+/// Likewise from the text that recipe_json() makes and a trajectory keeps; none from a text that is not a
+/// recipe's. Throws std::invalid_argument, one line, if its floor or plates cannot be used.
+std::vector<Obstacle> recipe_obstacles(std::string_view json);
 
 /// Throws std::invalid_argument naming the first number out of range.
 void check_excitation_config(const ExcitationConfig& config);

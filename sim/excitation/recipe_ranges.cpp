@@ -3,8 +3,9 @@
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
-#include <numeric>
+#include <optional>
 #include <stdexcept>
+#include <utility>
 
 #include "collision/base/file_text.hpp"
 #include "sim/json/json_object.hpp"
@@ -17,105 +18,122 @@ constexpr NumberRange positive{1e-6, largest, "from 1e-6 to 1e6"};
 constexpr NumberRange not_negative{0, largest, "from 0 to 1e6"};
 constexpr NumberRange any_number{-largest, largest, "from -1e6 to 1e6"};
 constexpr NumberRange share{0, 1, "from 0 to 1"};
+constexpr NumberRange held_share{0, 0.45, "from 0 to 0.45"};
 
-void read_range(JsonObject& from, const std::string& key, Range& range, const NumberRange& allowed) {
-    if (!from.has(key)) return;
-    JsonObject entry = from.object(key);
-    range.from = entry.number("from", range.from, allowed);
-    range.to = entry.number("to", range.to, allowed);
-    entry.finish();
-    if (range.from > range.to)
-        throw std::invalid_argument(fmt::format("{}: goes from {} to {}, but must not decrease",
-                                                from.path(key), range.from, range.to));
+/// Calls visit for every number and range of a recipe file, with its key and what is allowed, in the order in
+/// which they are written; visit.section(key, fields) for every object, with a function that does the same
+/// for what is in it. r: RecipeRanges, constant or not.
+template <class Ranges, class Visit>
+void visit_fields(Ranges& r, Visit& visit) {
+    visit("strength", r.strength, {1e-6, 1000, "> 0 and at most 1000"});
+    visit("contact_share", r.contact_share, share);
+    visit.section("kinds", [&](Visit& kinds) {
+        for (std::size_t k = 0; k < r.kinds.size(); ++k)
+            kinds.section(recipe_kind_names[k], [&](Visit& kind) {
+                kind("weight", r.kinds[k].weight, not_negative);
+                kind("gradient", r.kinds[k].gradient, not_negative);
+                kind("forces", r.kinds[k].forces, {0, 100, "from 0 to 100"});
+            });
+    });
+    visit("warm_up", r.warm_up, not_negative);
+    visit.section("force", [&](Visit& force) {
+        force("strain", r.force.strain, not_negative);
+        force("radius", r.force.radius, positive);
+        force("duration", r.force.duration, positive);
+        force("balanced", r.force.balanced, share);
+    });
+    visit.section("floor", [&](Visit& floor) {
+        floor("gap", r.floor.gap, not_negative);
+        floor("sag", r.floor.sag, not_negative);
+        floor("fall_speed", r.floor.fall_speed, not_negative);
+        floor("under_thrown", r.floor.under_thrown, share);
+    });
+    visit.section("hands", [&](Visit& hands) {
+        hands("share", r.hands.share, held_share);
+        hands("twist", r.hands.twist, any_number);
+        hands("bend", r.hands.bend, any_number);
+        hands("stretch", r.hands.stretch, any_number);
+        hands("shear", r.hands.shear, any_number);
+        hands("start", r.hands.start, not_negative);
+        hands("duration", r.hands.duration, positive);
+        hands("release", r.hands.release, not_negative);
+    });
+    visit.section("thrown", [&](Visit& thrown) {
+        thrown("speed", r.thrown.speed, not_negative);
+        thrown("aside", r.thrown.aside, not_negative);
+    });
+    visit.section("fold", [&](Visit& fold) {
+        fold("share", r.fold.share, held_share);
+        fold("angle", r.fold.angle, {0, 1.5707, "from 0 to 1.5707"});
+        fold("duration", r.fold.duration, positive);
+    });
+    visit.section("squash", [&](Visit& squash) {
+        squash("share", r.squash.share, {0, 0.95, "from 0 to 0.95"});
+        squash("duration", r.squash.duration, positive);
+    });
+    visit.section("curl", [&](Visit& curl) {
+        curl("tips", r.curl.tips, {1, 32, "from 1 to 32"});
+        curl("radius", r.curl.radius, positive);
+        curl("close", r.curl.close, share);
+        curl("duration", r.curl.duration, positive);
+    });
 }
 
-void read_kinds(JsonObject from, std::array<KindRanges, recipe_kinds>& kinds) {
-    for (std::size_t k = 0; k < kinds.size(); ++k) {
-        JsonObject entry = from.object(recipe_kind_names[k]);
-        kinds[k].weight = entry.number("weight", kinds[k].weight, not_negative);
-        kinds[k].forces = entry.number("forces", kinds[k].forces, {0, 100, "from 0 to 100"});
-        read_range(entry, "gradient", kinds[k].gradient, not_negative);
-        entry.finish();
+/// Reads fields from an object; those that are missing keep their values.
+struct FieldReader {
+    JsonObject from;
+
+    void operator()(const char* key, double& value, const NumberRange& allowed) {
+        value = from.number(key, value, allowed);
     }
-    from.finish();
-}
+    void operator()(const char* key, std::optional<double>& value, const NumberRange& allowed) {
+        value = from.optional_number(key, allowed);
+    }
+    void operator()(const char* key, Range& range, const NumberRange& allowed) {
+        section(key, [&](FieldReader& ends) {
+            ends("from", range.from, allowed);
+            ends("to", range.to, allowed);
+        });
+        if (range.from > range.to)
+            throw std::invalid_argument(fmt::format("{}: goes from {} to {}, but must not decrease",
+                                                    from.path(key), range.from, range.to));
+    }
+    template <class Fields>
+    void section(const char* key, const Fields& fields) {
+        FieldReader inner{from.object(key)};
+        fields(inner);
+        inner.from.finish();
+    }
+};
 
-void read_force(JsonObject from, RecipeRanges::Force& force) {
-    read_range(from, "strain", force.strain, not_negative);
-    read_range(from, "radius", force.radius, positive);
-    read_range(from, "duration", force.duration, positive);
-    force.balanced = from.number("balanced", force.balanced, share);
-    from.finish();
-}
+/// Writes fields to an object.
+struct FieldWriter {
+    nlohmann::ordered_json to{};
 
-void read_floor(JsonObject from, RecipeRanges::Floor& floor) {
-    read_range(from, "gap", floor.gap, not_negative);
-    read_range(from, "sag", floor.sag, not_negative);
-    read_range(from, "fall_speed", floor.fall_speed, not_negative);
-    floor.under_thrown = from.number("under_thrown", floor.under_thrown, share);
-    from.finish();
-}
-
-void read_hands(JsonObject from, RecipeRanges::Hands& hands) {
-    read_range(from, "share", hands.share, {0, 0.45, "from 0 to 0.45"});
-    read_range(from, "twist", hands.twist, any_number);
-    read_range(from, "bend", hands.bend, any_number);
-    read_range(from, "stretch", hands.stretch, any_number);
-    read_range(from, "shear", hands.shear, any_number);
-    read_range(from, "start", hands.start, not_negative);
-    read_range(from, "duration", hands.duration, positive);
-    read_range(from, "release", hands.release, not_negative);
-    from.finish();
-}
-
-void read_thrown(JsonObject from, RecipeRanges::Thrown& thrown) {
-    read_range(from, "speed", thrown.speed, not_negative);
-    read_range(from, "aside", thrown.aside, not_negative);
-    from.finish();
-}
-
-void read_fold(JsonObject from, RecipeRanges::Fold& fold) {
-    read_range(from, "share", fold.share, {0, 0.45, "from 0 to 0.45"});
-    read_range(from, "angle", fold.angle, {0, 1.5707, "from 0 to 1.5707"});
-    read_range(from, "duration", fold.duration, positive);
-    from.finish();
-}
-
-void read_squash(JsonObject from, RecipeRanges::Squash& squash) {
-    read_range(from, "share", squash.share, {0, 0.95, "from 0 to 0.95"});
-    read_range(from, "duration", squash.duration, positive);
-    from.finish();
-}
-
-void read_curl(JsonObject from, RecipeRanges::Curl& curl) {
-    read_range(from, "tips", curl.tips, {1, 32, "from 1 to 32"});
-    read_range(from, "radius", curl.radius, positive);
-    read_range(from, "close", curl.close, share);
-    read_range(from, "duration", curl.duration, positive);
-    from.finish();
-}
-
-nlohmann::ordered_json json(const Range& range) { return {{"from", range.from}, {"to", range.to}}; }
+    void operator()(const char* key, double value, const NumberRange&) { to[key] = value; }
+    void operator()(const char* key, const std::optional<double>& value, const NumberRange&) {
+        if (value) to[key] = *value;
+    }
+    void operator()(const char* key, const Range& range, const NumberRange&) {
+        to[key] = {{"from", range.from}, {"to", range.to}};
+    }
+    template <class Fields>
+    void section(const char* key, const Fields& fields) {
+        FieldWriter inner;
+        fields(inner);
+        to[key] = std::move(inner.to);
+    }
+};
 
 }  // namespace
 
 RecipeRanges parse_recipe_ranges(std::string_view text) {
     const nlohmann::json value = parse_json(text);
     RecipeRanges ranges;
-    JsonObject top(value, "recipe");
-    top.text("$schema", "");
-    ranges.strength = top.number("strength", ranges.strength, {1e-6, 1000, "> 0 and at most 1000"});
-    if (top.has("contact_share")) ranges.contact_share = top.number("contact_share", 0, share);
-    read_kinds(top.object("kinds"), ranges.kinds);
-    read_range(top, "warm_up", ranges.warm_up, not_negative);
-    read_force(top.object("force"), ranges.force);
-    read_floor(top.object("floor"), ranges.floor);
-    read_hands(top.object("hands"), ranges.hands);
-    read_thrown(top.object("thrown"), ranges.thrown);
-    read_fold(top.object("fold"), ranges.fold);
-    read_squash(top.object("squash"), ranges.squash);
-    read_curl(top.object("curl"), ranges.curl);
-    top.finish();
+    FieldReader top{JsonObject(value, "recipe")};
+    top.from.text("$schema", "");
+    visit_fields(ranges, top);
+    top.from.finish();
     recipe_mix(ranges);
     return ranges;
 }
@@ -129,36 +147,10 @@ RecipeRanges load_recipe_ranges(const std::filesystem::path& path) {
     }
 }
 
-std::string to_json(const RecipeRanges& r) {
-    nlohmann::ordered_json text;
-    text["strength"] = r.strength;
-    if (r.contact_share) text["contact_share"] = *r.contact_share;
-    for (std::size_t k = 0; k < r.kinds.size(); ++k)
-        text["kinds"][recipe_kind_names[k]] = {{"weight", r.kinds[k].weight},
-                                               {"gradient", json(r.kinds[k].gradient)},
-                                               {"forces", r.kinds[k].forces}};
-    text["warm_up"] = json(r.warm_up);
-    text["force"] = {{"strain", json(r.force.strain)},
-                     {"radius", json(r.force.radius)},
-                     {"duration", json(r.force.duration)},
-                     {"balanced", r.force.balanced}};
-    text["floor"] = {{"gap", json(r.floor.gap)},
-                     {"sag", json(r.floor.sag)},
-                     {"fall_speed", json(r.floor.fall_speed)},
-                     {"under_thrown", r.floor.under_thrown}};
-    text["hands"] = {{"share", json(r.hands.share)},       {"twist", json(r.hands.twist)},
-                     {"bend", json(r.hands.bend)},         {"stretch", json(r.hands.stretch)},
-                     {"shear", json(r.hands.shear)},       {"start", json(r.hands.start)},
-                     {"duration", json(r.hands.duration)}, {"release", json(r.hands.release)}};
-    text["thrown"] = {{"speed", json(r.thrown.speed)}, {"aside", json(r.thrown.aside)}};
-    text["fold"] = {
-        {"share", json(r.fold.share)}, {"angle", json(r.fold.angle)}, {"duration", json(r.fold.duration)}};
-    text["squash"] = {{"share", json(r.squash.share)}, {"duration", json(r.squash.duration)}};
-    text["curl"] = {{"tips", json(r.curl.tips)},
-                    {"radius", json(r.curl.radius)},
-                    {"close", json(r.curl.close)},
-                    {"duration", json(r.curl.duration)}};
-    return text.dump();
+std::string to_json(const RecipeRanges& ranges) {
+    FieldWriter text;
+    visit_fields(ranges, text);
+    return text.to.dump();
 }
 
 std::array<double, recipe_kinds> recipe_mix(const RecipeRanges& ranges) {

@@ -1,10 +1,19 @@
 #include "sim/factor/block_pattern.hpp"
 
 #include <algorithm>
-
-#include "meshing/parallel/parallel_for.hpp"
+#include <cstddef>
+#include <numeric>
 
 namespace nbd {
+
+RowLists items_by_row(std::span<const int> row_of, int rows) {
+    RowLists lists{std::vector<int>(rows + 1, 0), std::vector<int>(row_of.size())};
+    for (const int row : row_of) ++lists.offset[row + 1];
+    std::partial_sum(lists.offset.begin(), lists.offset.end(), lists.offset.begin());
+    std::vector<int> next(lists.offset.begin(), lists.offset.end() - 1);
+    for (std::size_t item = 0; item < row_of.size(); ++item) lists.column[next[row_of[item]]++] = item;
+    return lists;
+}
 
 BlockPattern::BlockPattern(int node_count, const Tets& tets)
     : BlockPattern([&] {
@@ -15,21 +24,21 @@ BlockPattern::BlockPattern(int node_count, const Tets& tets)
           return rows;
       }()) {}
 
-BlockPattern::BlockPattern(std::vector<std::vector<int>> rows) : offset_{0} {
+BlockPattern::BlockPattern(std::vector<std::vector<int>> rows) {
     for (std::size_t i = 0; i < rows.size(); ++i) {
         std::vector<int>& row = rows[i];
         row.push_back(i);
         std::sort(row.begin(), row.end());
         row.erase(std::unique(row.begin(), row.end()), row.end());
-        neighbour_.insert(neighbour_.end(), row.begin(), row.end());
-        offset_.push_back(neighbour_.size());
+        lists_.column.insert(lists_.column.end(), row.begin(), row.end());
+        lists_.end_row();
     }
 }
 
 int BlockPattern::find(int i, int j) const noexcept {
     const auto row = neighbours(i);
     const auto it = std::lower_bound(row.begin(), row.end(), j);
-    return it != row.end() && *it == j ? offset_[i] + (it - row.begin()) : -1;
+    return it != row.end() && *it == j ? first_block(i) + (it - row.begin()) : -1;
 }
 
 SparseMatrix BlockPattern::zero_matrix() const {
@@ -46,34 +55,8 @@ SparseMatrix BlockPattern::zero_matrix() const {
             column[1] = column[0] + column_height(i);
             ++column;
         }
-    std::fill(A.valuePtr(), A.valuePtr() + A.nonZeros(), 0.0);
+    A.coeffs().setZero();
     return A;
-}
-
-Eigen::Vector3d BlockPattern::multiply_row(const SparseMatrix& A, int i, const double* v) const noexcept {
-    // A is symmetric, so the three columns of node i are its rows. All three use the same entries of v,
-    // gathered once.
-    constexpr int most = 64;  // nodes per pass
-    double near[3 * most];
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    const auto row = neighbours(i);
-    const Eigen::Index height = column_height(i);
-    const double* values = A.valuePtr() + value_index(i, 0);
-    for (std::size_t begin = 0; begin < row.size(); begin += most) {
-        const auto part = row.subspan(begin, std::min<std::size_t>(most, row.size() - begin));
-        double* end = near;
-        for (const int j : part) end = std::copy_n(v + 3 * j, 3, end);
-        const Eigen::Map<const Eigen::VectorXd> gathered(near, end - near);
-        for (int c = 0; c < 3; ++c)
-            sum[c] +=
-                gathered.dot(Eigen::Map<const Eigen::VectorXd>(values + c * height + 3 * begin, end - near));
-    }
-    return sum;
-}
-
-void BlockPattern::multiply(const SparseMatrix& A, const Eigen::Ref<const Eigen::VectorXd>& v,
-                            Eigen::Ref<Eigen::VectorXd> out) const {
-    parallel_for(node_count(), [&](int i) { out.segment<3>(3 * i) = multiply_row(A, i, v.data()); });
 }
 
 }  // namespace nbd

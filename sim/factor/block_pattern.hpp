@@ -13,11 +13,28 @@ namespace nbd {
 /// also a row.
 using SparseMatrix = Eigen::SparseMatrix<double>;
 
+/// The columns of a sparse matrix's blocks, row after row; those of a row ascend.
+struct RowLists {
+    std::vector<int> offset{0};  // [rows + 1] range of `column`
+    std::vector<int> column;
+
+    bool operator==(const RowLists&) const = default;
+
+    int rows() const noexcept { return offset.size() - 1; }
+    std::span<const int> columns_of(int row) const noexcept {
+        return {column.data() + offset[row], column.data() + offset[row + 1]};
+    }
+    void end_row() { offset.push_back(column.size()); }
+};
+
+/// For each of so many rows, the numbers of the items that are in it, ascending. row_of: of each item.
+RowLists items_by_row(std::span<const int> row_of, int rows);
+
 /// Sparsity pattern of 3x3 blocks (i, j) over N nodes, symmetric and with the full diagonal. Maps each block
 /// to its place in a SparseMatrix of this pattern.
 class BlockPattern {
  public:
-    BlockPattern() : offset_{0} {}
+    BlockPattern() = default;
     /// One block for each pair of nodes that share a tetrahedron. tets: rows of four node indices in [0,
     /// node_count).
     BlockPattern(int node_count, const Tets& tets);
@@ -28,26 +45,20 @@ class BlockPattern {
 
     bool operator==(const BlockPattern&) const = default;
 
-    int node_count() const noexcept { return offset_.size() - 1; }
-    int block_count() const noexcept { return neighbour_.size(); }
+    int node_count() const noexcept { return lists_.rows(); }
+    int block_count() const noexcept { return lists_.column.size(); }
 
     /// Nodes j with a block (i, j), including i; ascending.
-    std::span<const int> neighbours(int i) const noexcept {
-        return {neighbour_.data() + offset_[i], neighbour_.data() + offset_[i + 1]};
-    }
-
-    /// The pattern by rows: [N + 1] range of columns of each row, and the columns.
-    std::span<const int> offsets() const noexcept { return offset_; }
-    std::span<const int> columns() const noexcept { return neighbour_; }
+    std::span<const int> neighbours(int i) const noexcept { return lists_.columns_of(i); }
+    /// These of all nodes.
+    const RowLists& lists() const noexcept { return lists_; }
 
     /// Index of block (i, j) in [0, block_count), or -1 if the pattern has none. Blocks are numbered by i,
     /// then by j.
     int find(int i, int j) const noexcept;
 
-    bool has_block(int i, int j) const noexcept { return find(i, j) >= 0; }
-
     /// First block of node i. The block of its k-th neighbour is first_block(i) + k.
-    int first_block(int i) const noexcept { return offset_[i]; }
+    int first_block(int i) const noexcept { return lists_.offset[i]; }
 
     /// A compressed 3 N x 3 N matrix of zeros that stores every entry of the pattern.
     SparseMatrix zero_matrix() const;
@@ -57,28 +68,20 @@ class BlockPattern {
     auto block(SparseMatrix& A, int i, int k) const noexcept {
         return Slot(A.valuePtr() + value_index(i, k), Eigen::OuterStride<>(column_height(i)));
     }
-    auto block(const SparseMatrix& A, int i, int k) const noexcept {
-        return ConstSlot(A.valuePtr() + value_index(i, k), Eigen::OuterStride<>(column_height(i)));
+    /// The block in columns 3 i .. 3 i + 2 and rows 3 j .. 3 j + 2, which the pattern must have.
+    auto block_at(SparseMatrix& A, int i, int j) const noexcept {
+        return block(A, i, find(i, j) - first_block(i));
     }
-
-    /// out = A v, in parallel. A must come from zero_matrix() and be symmetric. out must not overlap v.
-    void multiply(const SparseMatrix& A, const Eigen::Ref<const Eigen::VectorXd>& v,
-                  Eigen::Ref<Eigen::VectorXd> out) const;
-
-    /// Row i of A v.
-    Eigen::Vector3d multiply_row(const SparseMatrix& A, int i, const double* v) const noexcept;
 
  private:
     using Slot = Eigen::Map<Eigen::Matrix3d, 0, Eigen::OuterStride<>>;
-    using ConstSlot = Eigen::Map<const Eigen::Matrix3d, 0, Eigen::OuterStride<>>;
 
-    Eigen::Index column_height(int i) const noexcept { return 3 * (offset_[i + 1] - offset_[i]); }
+    Eigen::Index column_height(int i) const noexcept { return 3 * neighbours(i).size(); }
     Eigen::Index value_index(int i, int k) const noexcept {
-        return 9 * static_cast<Eigen::Index>(offset_[i]) + 3 * k;
+        return 9 * static_cast<Eigen::Index>(first_block(i)) + 3 * k;
     }
 
-    std::vector<int> offset_;     // [N + 1]
-    std::vector<int> neighbour_;  // [blocks]
+    RowLists lists_;
 };
 
 }  // namespace nbd

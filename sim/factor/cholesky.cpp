@@ -163,8 +163,4 @@ void Cholesky::solve(const Eigen::Ref<const Eigen::VectorXd>& b, Eigen::Ref<Eige
     x = Eigen::Map<const Eigen::VectorXd>(static_cast<const double*>(s.x->x), s.size);
 }
 
-std::int64_t Cholesky::factor_entries() const noexcept {
-    return state_->factor ? static_cast<std::int64_t>(state_->factor->xsize) : 0;
-}
-
 }  // namespace nbd

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <memory>
 
 #include "sim/factor/block_pattern.hpp"
@@ -41,8 +40,6 @@ class Cholesky {
     /// x = A^-1 b. Allocates only on the first call. x may be b. Throws std::logic_error without a factor,
     /// std::runtime_error if CHOLMOD fails.
     void solve(const Eigen::Ref<const Eigen::VectorXd>& b, Eigen::Ref<Eigen::VectorXd> x) const;
-
-    std::int64_t factor_entries() const noexcept;  // stored numbers of the factor, including explicit zeros
 
  private:
     struct State;

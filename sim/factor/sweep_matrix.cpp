@@ -7,14 +7,14 @@ namespace nbd {
 namespace {
 
 /// The least colour of each part that no coupled part before it has.
-std::vector<int> colour_parts(std::span<const int> offset, std::span<const int> column, int rows_per_part) {
-    const int rows = offset.size() - 1;
+std::vector<int> colour_parts(const RowLists& pattern, int rows_per_part) {
+    const int rows = pattern.rows();
     std::vector<int> colour;
     for (int begin = 0; begin < rows; begin += rows_per_part) {
         const int part = begin / rows_per_part, end = std::min(rows, begin + rows_per_part);
         std::vector<char> taken;
-        for (int k = offset[begin]; k < offset[end]; ++k) {
-            const int other = column[k] / rows_per_part;
+        for (int k = pattern.offset[begin]; k < pattern.offset[end]; ++k) {
+            const int other = pattern.column[k] / rows_per_part;
             if (other >= part) continue;
             const std::size_t c = colour[other];
             if (taken.size() <= c) taken.resize(c + 1, 0);
@@ -27,11 +27,10 @@ std::vector<int> colour_parts(std::span<const int> offset, std::span<const int> 
 
 }  // namespace
 
-SweepOrder::SweepOrder(std::span<const int> pattern_offset, std::span<const int> pattern_column,
-                       int rows_per_part)
-    : offset(pattern_offset.begin(), pattern_offset.end()), place(pattern_column.size(), -1) {
-    const std::vector<int> colour = colour_parts(pattern_offset, pattern_column, rows_per_part);
-    const int row_count = offset.size() - 1;
+SweepOrder::SweepOrder(const RowLists& pattern, int rows_per_part)
+    : offset(pattern.offset), place(pattern.column.size(), -1) {
+    const std::vector<int> colour = colour_parts(pattern, rows_per_part);
+    const int row_count = pattern.rows();
     for (int p = 0; p < std::ssize(colour); ++p) {
         const std::size_t c = colour[p];
         if (colours.size() <= c) colours.resize(c + 1);
@@ -46,7 +45,7 @@ SweepOrder::SweepOrder(std::span<const int> pattern_offset, std::span<const int>
         std::vector<int> entries;  // of a row in the pattern
         for (int i = 0; i < row_count; ++i) {
             first.push_back(column.size());
-            const auto turn_of = [&](int entry) { return turn[pattern_column[entry]]; };
+            const auto turn_of = [&](int entry) { return turn[pattern.column[entry]]; };
             const int own = turn[i];
             entries.clear();
             for (int k = offset[i]; k < offset[i + 1]; ++k)
@@ -54,7 +53,7 @@ SweepOrder::SweepOrder(std::span<const int> pattern_offset, std::span<const int>
             std::ranges::sort(entries, {}, [&](int k) { return is_earlier ? turn_of(k) : -turn_of(k); });
             for (const int k : entries) {
                 place[k] = column.size();
-                column.push_back(pattern_column[k]);
+                column.push_back(pattern.column[k]);
             }
         }
         first.push_back(column.size());

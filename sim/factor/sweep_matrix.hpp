@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "sim/factor/block_pattern.hpp"
 #include "sim/factor/lane_blocks.hpp"
 
 namespace nbd {
@@ -20,9 +21,8 @@ struct RowRange {
 /// colours such that parts of the same colour are not coupled. Colours follow one another, as do the rows of
 /// a part; the parts of a colour may be swept at once, with the same result [Adams01].
 struct SweepOrder {
-    /// offset, column: the pattern by rows, symmetric and with the full diagonal; the columns of a row
-    /// ascend.
-    SweepOrder(std::span<const int> offset, std::span<const int> column, int rows_per_part);
+    /// pattern: symmetric and with the full diagonal.
+    SweepOrder(const RowLists& pattern, int rows_per_part);
 
     int rows() const noexcept { return earlier.size() - 1; }
 

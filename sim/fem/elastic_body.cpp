@@ -5,10 +5,10 @@
 #include <Eigen/LU>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <span>
 #include <stdexcept>
 #include <tuple>
+#include <utility>
 
 #include "meshing/body/body.hpp"
 #include "meshing/parallel/parallel_for.hpp"
@@ -43,17 +43,16 @@ TetMesh checked(TetMesh mesh) {
 
 }  // namespace
 
-ElasticBody::ElasticBody(TetMesh rest, const Material& material, MassKind mass,
-                         const std::vector<MaterialRegion>& regions)
+ElasticBody::ElasticBody(TetMesh rest, const Material& material, const std::vector<MaterialRegion>& regions)
     : rest_(checked(std::move(rest))),
       material_(material),
       pattern_(rest_.X.rows(), rest_.T),
-      order_(std::make_shared<const SweepOrder>(pattern_.offsets(), pattern_.columns(), nodes_per_part)) {
+      order_(std::make_shared<const SweepOrder>(pattern_.lists(), nodes_per_part)) {
     const std::vector<double> density = set_materials(regions);
     measure_rest();
     list_incidences();
     share_corner_weights();
-    build_mass(mass, density);
+    lump_masses(density);
 }
 
 /// Returns the density of each tetrahedron.
@@ -92,42 +91,28 @@ void ElasticBody::measure_rest() {
         if (!gradient.allFinite())
             throw std::invalid_argument(fmt::format("tetrahedron {} is flat to rounding", t));
         gradient_[p / lanes].set_lane(p % lanes, gradient);
-        for (int a = 0; a < 4; ++a) {
-            const Eigen::Vector3d g =
-                a > 0 ? Eigen::Vector3d(gradient.col(a - 1)) : -gradient.rowwise().sum();
-            corner_weight_[4 * t + a] = static_cast<float>(volume_[t] * g.squaredNorm());
-        }
+        for (int a = 0; a < 4; ++a)
+            corner_weight_[4 * t + a] = static_cast<float>(volume_[t] * shape_gradient(t, a).squaredNorm());
     }
 }
 
 void ElasticBody::list_incidences() {
-    const auto offsets = [](std::vector<int> count) {
-        std::vector<int> offset(count.size() + 1, 0);
-        std::partial_sum(count.begin(), count.end(), offset.begin() + 1);
-        return offset;
-    };
     const Tets& T = rest_.T;
-    std::vector<int> corners(node_count(), 0), pairs(pattern_.block_count(), 0);
+    corners_ = items_by_row({T.data(), 4UL * element_count()}, node_count());
+    std::vector<CornerPair> pairs;
+    std::vector<int> blocks;
     for (int t = 0; t < element_count(); ++t)
-        for (int a = 0; a < 4; ++a) {
-            ++corners[T(t, a)];
-            for (int b = 0; b < 4; ++b)
-                if (T(t, b) > T(t, a)) ++pairs[pattern_.find(T(t, a), T(t, b))];
-        }
-    corner_offset_ = offsets(std::move(corners));
-    pair_offset_ = offsets(std::move(pairs));
-    corner_.resize(corner_offset_.back());
-    pair_.resize(pair_offset_.back());
-    std::vector<int> next_corner = corner_offset_, next_pair = pair_offset_;
-    for (int t = 0; t < element_count(); ++t)
-        for (int a = 0; a < 4; ++a) {
-            corner_[next_corner[T(t, a)]++] = 4 * t + a;
-            for (int b = 0; b < 4; ++b)
-                if (T(t, b) > T(t, a))
-                    pair_[next_pair[pattern_.find(T(t, a), T(t, b))]++] = {
-                        16 * t + 4 * a + b,
-                        static_cast<float>(volume_[t] * shape_gradient(t, a).dot(shape_gradient(t, b)))};
-        }
+        for (int a = 0; a < 4; ++a)
+            for (int b = 0; b < 4; ++b) {
+                if (T(t, b) <= T(t, a)) continue;
+                blocks.push_back(pattern_.find(T(t, a), T(t, b)));
+                pairs.push_back(
+                    {16 * t + 4 * a + b,
+                     static_cast<float>(volume_[t] * shape_gradient(t, a).dot(shape_gradient(t, b)))});
+            }
+    RowLists by_block = items_by_row(blocks, pattern_.block_count());
+    for (const int item : by_block.column) pair_.push_back(pairs[item]);
+    pair_offset_ = std::move(by_block.offset);
     mirror_.resize(pattern_.block_count());
     for (int i = 0; i < node_count(); ++i) {
         const auto row = pattern_.neighbours(i);
@@ -145,41 +130,21 @@ Eigen::Vector3d ElasticBody::shape_gradient(int tet, int corner) const {
 void ElasticBody::share_corner_weights() {
     for (int i = 0; i < node_count(); ++i) {
         float total = 0;
-        for (int s = corner_offset_[i]; s < corner_offset_[i + 1]; ++s) total += corner_weight_[corner_[s]];
-        for (int s = corner_offset_[i]; s < corner_offset_[i + 1]; ++s) corner_weight_[corner_[s]] /= total;
+        for (const int corner : corners_.columns_of(i)) total += corner_weight_[corner];
+        for (const int corner : corners_.columns_of(i)) corner_weight_[corner] /= total;
     }
 }
 
-void ElasticBody::build_mass(MassKind kind, const std::vector<double>& density) {
+void ElasticBody::lump_masses(const std::vector<double>& density) {
     node_mass_ = Eigen::VectorXd::Zero(node_count());
     for (int i = 0; i < node_count(); ++i)
-        for (int s = corner_offset_[i]; s < corner_offset_[i + 1]; ++s)
-            node_mass_[i] += density[corner_[s] / 4] * volume_[corner_[s] / 4] / 4;
-    if (kind == MassKind::lumped) return;
-    // The integral of two shape functions over a tetrahedron is a 20th of its volume, that of a square a
-    // 10th.
-    block_mass_.assign(pattern_.block_count(), 0);
-    for (int t = 0; t < element_count(); ++t)
-        for (int a = 0; a < 4; ++a)
-            for (int b = 0; b < 4; ++b)
-                block_mass_[pattern_.find(rest_.T(t, a), rest_.T(t, b))] +=
-                    density[t] * volume_[t] / (a == b ? 10 : 20);
-}
-
-/// The mass of a block off the diagonal.
-double ElasticBody::block_mass(int block) const noexcept {
-    return block_mass_.empty() ? 0 : block_mass_[block];
+        for (const int corner : corners_.columns_of(i))
+            node_mass_[i] += density[corner / 4] * volume_[corner / 4] / 4;
 }
 
 SparseMatrix ElasticBody::mass_matrix() const {
     SparseMatrix M = pattern_.zero_matrix();
-    for (int i = 0; i < node_count(); ++i)
-        for (int k = 0; k < std::ssize(pattern_.neighbours(i)); ++k) {
-            const bool own = pattern_.neighbours(i)[k] == i;
-            const double mass =
-                own && block_mass_.empty() ? node_mass_[i] : block_mass(pattern_.first_block(i) + k);
-            pattern_.block(M, i, k).diagonal().setConstant(mass);
-        }
+    M.diagonal() = node_mass_.replicate<1, 3>().reshaped<Eigen::RowMajor>();
     return M;
 }
 
@@ -191,14 +156,12 @@ SparseMatrix ElasticBody::rest_stiffness() const {
         g.rightCols<3>() = gradient_[t / lanes].lane(t % lanes);
         g.col(0) = -g.rightCols<3>().rowwise().sum();
         for (int a = 0; a < 4; ++a)
-            for (int b = 0; b < 4; ++b) {
-                const int i = rest_.T(t, a), k = pattern_.find(i, rest_.T(t, b)) - pattern_.first_block(i);
+            for (int b = 0; b < 4; ++b)
                 // A stored block has the rows of b and the columns of a.
-                pattern_.block(K, i, k) +=
+                pattern_.block_at(K, rest_.T(t, a), rest_.T(t, b)) +=
                     volume_[t] *
                     (lambda * g.col(b) * g.col(a).transpose() + mu * g.col(a) * g.col(b).transpose() +
                      mu * g.col(a).dot(g.col(b)) * Eigen::Matrix3d::Identity());
-            }
     }
     return K;
 }
@@ -209,14 +172,12 @@ void ElasticBody::sum_forces(const ElementForces& forces, Eigen::Ref<Nodes> out)
                                                         Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ()};
     parallel_for(node_count(), [&](int i) {
         Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-        for (int s = corner_offset_[i]; s < corner_offset_[i + 1]; ++s)
-            sum += forces[corner_[s] / 4] * weights[corner_[s] % 4];
+        for (const int corner : corners_.columns_of(i)) sum += forces[corner / 4] * weights[corner % 4];
         out.row(i) = sum.transpose();
     });
 }
 
-/// Sets A from the stiffness blocks that block(pairs, mass) gives for the pairs of corners of two nodes and
-/// their mass.
+/// Sets A from the stiffness blocks that block_of(pairs) gives for the pairs of corners of two nodes.
 template <class Block>
 void ElasticBody::fill(double mass_scale, StepMatrix& A, const Block& block_of) const {
     parallel_for(
@@ -228,8 +189,7 @@ void ElasticBody::fill(double mass_scale, StepMatrix& A, const Block& block_of) 
                 if (j <= i) continue;
                 const std::span<const CornerPair> pairs(pair_.data() + pair_offset_[block],
                                                         pair_.data() + pair_offset_[block + 1]);
-                const Eigen::Matrix3f value =
-                    block_of(pairs, static_cast<float>(mass_scale * block_mass(block)));
+                const Eigen::Matrix3f value = block_of(pairs);
                 A.set(i, k, value);
                 A.set(j, mirror_[block], value.transpose());
             }
@@ -266,7 +226,7 @@ void ElasticBody::combine(double mass_scale, double stiffness_scale, const Eleme
                           StepMatrix& A) const {
     if (!pose.blocks.empty()) {
         const auto scale = static_cast<float>(stiffness_scale);
-        return fill(mass_scale, A, [&](std::span<const CornerPair> pairs, float mass) {
+        return fill(mass_scale, A, [&](std::span<const CornerPair> pairs) {
             Eigen::Matrix3f sum = Eigen::Matrix3f::Zero();
             for (const CornerPair& pair : pairs) {
                 const TetBlocks& blocks = pose.blocks[pair.at / 16];
@@ -277,21 +237,20 @@ void ElasticBody::combine(double mass_scale, double stiffness_scale, const Eleme
                     sum += blocks[pair_of_corners(b, a)].transpose();
             }
             sum *= scale;
-            sum.diagonal().array() += mass;
             return sum;
         });
     }
     const auto lambda = static_cast<float>(stiffness_scale * moduli_[0].lambda),
                mu = static_cast<float>(stiffness_scale * moduli_[0].mu);
     if (pose.rates.empty())
-        return fill(mass_scale, A, [&](std::span<const CornerPair> pairs, float mass) {
+        return fill(mass_scale, A, [&](std::span<const CornerPair> pairs) {
             OuterSum sum;
             for (const CornerPair& pair : pairs) sum.add(pose.S[pair.at / 16], pair.at / 4 % 4, pair.at % 4);
             Eigen::Matrix3f value = sum.block(lambda, mu);
-            value.diagonal().array() += mu * sum.trace() + mass;
+            value.diagonal().array() += mu * sum.trace();
             return value;
         });
-    fill(mass_scale, A, [&](std::span<const CornerPair> pairs, float mass) {
+    fill(mass_scale, A, [&](std::span<const CornerPair> pairs) {
         OuterSum sum;
         float along = 0;
         Eigen::Vector4f diagonal = Eigen::Vector4f::Zero(), off = Eigen::Vector4f::Zero();
@@ -307,32 +266,12 @@ void ElasticBody::combine(double mass_scale, double stiffness_scale, const Eleme
         }
         Eigen::Matrix3f value = sum.block(lambda, mu);
         value.diagonal() += mu * diagonal.head<3>();
-        value.diagonal().array() += mu * along + mass;
+        value.diagonal().array() += mu * along;
         for (const auto& [r, c, entry] : {std::tuple(0, 1, off[0]), {0, 2, off[1]}, {1, 2, off[2]}}) {
             value(r, c) += mu * entry;
             value(c, r) += mu * entry;
         }
         return value;
-    });
-}
-
-StepMatrix ElasticBody::stiffness(const ElementPose& pose) const {
-    StepMatrix K = zero_matrix();
-    combine(0, 1, pose, K);
-    return K;
-}
-
-void ElasticBody::mass_product(NodesRef u, Eigen::Ref<Nodes> out) const {
-    if (block_mass_.empty()) {
-        out = node_mass_.asDiagonal() * u;
-        return;
-    }
-    parallel_for(node_count(), [&](int i) {
-        const auto row = pattern_.neighbours(i);
-        Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-        for (int k = 0; k < std::ssize(row); ++k)
-            sum += block_mass_[pattern_.first_block(i) + k] * u.row(row[k]).transpose();
-        out.row(i) = sum.transpose();
     });
 }
 
@@ -344,8 +283,7 @@ void ElasticBody::node_rotations(const ElementPose& pose, std::vector<Eigen::Mat
     rotations.resize(node_count());
     parallel_for(node_count(), [&](int i) {
         Eigen::Matrix3f sum = Eigen::Matrix3f::Zero();
-        for (int s = corner_offset_[i]; s < corner_offset_[i + 1]; ++s)
-            sum += corner_weight_[corner_[s]] * of_tets[corner_[s] / 4];
+        for (const int corner : corners_.columns_of(i)) sum += corner_weight_[corner] * of_tets[corner / 4];
         rotations[i] = sum;
     });
 }

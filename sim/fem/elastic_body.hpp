@@ -17,11 +17,6 @@
 
 namespace nbd {
 
-enum class MassKind {
-    lumped,      // a quarter of each tetrahedron's mass at each of its nodes
-    consistent,  // integrals of products of shape functions
-};
-
 /// What ElasticBody::measure() finds in a pose.
 struct ElementReport {
     double energy = 0;        // elastic, joules
@@ -87,7 +82,8 @@ using ElementForces = std::vector<Eigen::Matrix3d>;
 /// of F's polar decomposition. The force f_e = -R K_e (R^T x - X) is exactly -dE_e/dx: the derivative of R
 /// drops out because R^T F is symmetric. The tangent K = sum of R K_e R^T neglects dR/dx and is therefore
 /// positive semi-definite in every pose; where R^T F = I it is the exact Hessian. The tangents of other laws
-/// are exact but for negative eigenvalues, which become zero element by element.
+/// are exact but for negative eigenvalues, which become zero element by element. Masses are lumped: each node
+/// has a quarter of the mass of each of its tetrahedra.
 ///
 /// Immutable: several simulated copies and threads may share it, each with its own ElementPose. All loops run
 /// in parallel and sum in a fixed order, so the bits do not depend on the number of threads.
@@ -97,12 +93,10 @@ class ElasticBody {
     /// the ranges of Material, no tetrahedra, an index out of range, a non-finite position, a tetrahedron
     /// without positive volume, a node in no tetrahedron, a region with a tetrahedron of another region or
     /// with damping of its own.
-    ElasticBody(TetMesh rest, const Material& material, MassKind mass = MassKind::lumped,
-                const std::vector<MaterialRegion>& regions = {});
+    ElasticBody(TetMesh rest, const Material& material, const std::vector<MaterialRegion>& regions = {});
 
     /// The tetrahedra of a body, with its materials.
-    explicit ElasticBody(const Body& body, MassKind mass = MassKind::lumped)
-        : ElasticBody(body.tets, body.material, mass, body.regions) {}
+    explicit ElasticBody(const Body& body) : ElasticBody(body.tets, body.material, body.regions) {}
 
     int node_count() const noexcept { return rest_.X.rows(); }
     int element_count() const noexcept { return rest_.T.rows(); }
@@ -116,9 +110,8 @@ class ElasticBody {
     const Moduli& moduli(int tet) const noexcept { return moduli_[moduli_index(tet)]; }
     double young(int tet) const noexcept { return young_[moduli_index(tet)]; }  // Pa
     const Eigen::VectorXd& rest_volumes() const noexcept { return volume_; }    // [T], m3
-    /// Row sums of the mass matrix: the lumped node masses, for either kind of mass. [N], kg.
-    const Eigen::VectorXd& node_masses() const noexcept { return node_mass_; }
-    double mass() const noexcept { return node_mass_.sum(); }  // kg
+    const Eigen::VectorXd& node_masses() const noexcept { return node_mass_; }  // [N], kg
+    double mass() const noexcept { return node_mass_.sum(); }                   // kg
     const BlockPattern& pattern() const noexcept { return pattern_; }
     SparseMatrix mass_matrix() const;  // in pattern(), kg
     /// K in the rest pose, in double precision, in pattern(), N/m.
@@ -156,20 +149,13 @@ class ElasticBody {
     /// zero_matrix().
     void combine(double mass_scale, double stiffness_scale, const ElementPose& pose, StepMatrix& A) const;
 
-    /// K(pose), N/m, to single precision; of a pose without damping.
-    StepMatrix stiffness(const ElementPose& pose) const;
-
-    /// out = K(pose) u without assembling K, in double precision. u, out: [N, 3]; out must not overlap u.
-    void stiffness_product(const ElementPose& pose, NodesRef u, ElementForces& scratch,
-                           Eigen::Ref<Nodes> out) const;
-    /// Likewise D(pose) u, and (K + damping D)(pose) u.
-    void damping_product(const ElementPose& pose, NodesRef u, ElementForces& scratch,
-                         Eigen::Ref<Nodes> out) const;
+    /// out = (K + damping D)(pose) u without assembling the matrix, in double precision. u, out: [N, 3]; out
+    /// must not overlap u.
     void tangent_product(const ElementPose& pose, NodesRef u, ElementForces& scratch,
                          Eigen::Ref<Nodes> out) const;
-
-    /// out = M u. u, out: [N, 3]; out must not overlap u.
-    void mass_product(NodesRef u, Eigen::Ref<Nodes> out) const;
+    /// Likewise D(pose) u.
+    void damping_product(const ElementPose& pose, NodesRef u, ElementForces& scratch,
+                         Eigen::Ref<Nodes> out) const;
 
     /// Means of the rotations R of the elements around each node, weighted with their stiffness: [N],
     /// rotations up to a factor where the elements turn alike. Allocates only on the first use.
@@ -180,7 +166,7 @@ class ElasticBody {
     void list_incidences();
     void share_corner_weights();
     std::vector<double> set_materials(const std::vector<MaterialRegion>& regions);
-    void build_mass(MassKind kind, const std::vector<double>& density);
+    void lump_masses(const std::vector<double>& density);
     void gradients(NodesRef x, int batch, LaneMatrix3& F) const;
     Lanes volumes(int batch) const;
     void measure_batch(NodesRef x, int batch, ElementReport& report) const;
@@ -197,8 +183,7 @@ class ElasticBody {
     void principal_batch(NodesRef x, int batch, const StepMotion* motion, ElementPose& pose,
                          ElementForces& forces, Tangent tangent) const;
     LaneMatrix3 elastic_response(int batch, const ElementPose& pose, const LaneMatrix3& H) const;
-    StrainForm elastic_form(int batch, const ElementPose& pose) const;
-    StrainForm damping_form(int batch, const ElementPose& pose) const;
+    StrainForm strain_form(int batch, const LaneMatrix3& F) const;
     void product(const ElementPose& pose, NodesRef u, double of_stiffness, double of_damping,
                  ElementForces& scratch, Eigen::Ref<Nodes> out) const;
     std::size_t moduli_index(int tet) const noexcept {
@@ -208,7 +193,6 @@ class ElasticBody {
     void fill(double mass_scale, StepMatrix& A, const Block& block) const;
     bool is_corotated() const noexcept;
     void store_forces(int batch, const LaneMatrix3& P, ElementForces& forces) const;
-    double block_mass(int block) const noexcept;
 
     std::shared_ptr<const Identity> identity_ = std::make_shared<const Identity>();
     TetMesh rest_;
@@ -225,12 +209,8 @@ class ElasticBody {
     // [4 T] volume times squared norm of the shape function's gradient, as a share of the node's sum.
     std::vector<float> corner_weight_;
     Eigen::VectorXd node_mass_;  // [N]
-    // [blocks] the mass matrix has these, times the identity, as blocks. Empty for lumped masses.
-    std::vector<double> block_mass_;
 
-    // Corners 4 t + a of each node, ascending. This is the fixed order of all sums.
-    std::vector<int> corner_offset_;  // [N + 1]
-    std::vector<int> corner_;         // [4 T]
+    RowLists corners_;  // of each node, 4 t + a, ascending: the fixed order of all sums
     // Corners a, b of a tetrahedron t, and its volume times the product of the gradients of their shape
     // functions.
     struct CornerPair {

@@ -31,6 +31,17 @@ Lanes corotated_energy(const Moduli& moduli, const LaneMatrix3& F, const LaneMat
     return moduli.mu * strain + 0.5 * moduli.lambda * trace.square();
 }
 
+/// U diag(stress) V^T.
+LaneMatrix3 turned_back(const PrincipalStretches& stretches, const PrincipalLanes& stress) noexcept {
+    const auto& [U, V, sigma] = stretches;
+    LaneMatrix3 P;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j)
+            P(i, j) =
+                stress[0] * U(i, 0) * V(j, 0) + stress[1] * U(i, 1) * V(j, 1) + stress[2] * U(i, 2) * V(j, 2);
+    return P;
+}
+
 /// Adds the report on later tetrahedra.
 void append(ElementReport& all, const ElementReport& later) {
     all.energy += later.energy;
@@ -59,6 +70,32 @@ void ElasticBody::gradients(NodesRef x, int batch, LaneMatrix3& F) const {
     const LaneMatrix3& g = gradient_[batch];
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) F(i, j) = D(i, 0) * g(j, 0) + D(i, 1) * g(j, 1) + D(i, 2) * g(j, 2);
+}
+
+LaneModuli ElasticBody::lane_moduli(int batch) const {
+    LaneModuli result;
+    for (int l = 0; l < lanes; ++l) {
+        const auto& [law, mu, lambda] = moduli(first_tet(batch) + std::min(l, tets_of(batch) - 1));
+        result.law[l] = law;
+        result.mu[l] = mu;
+        result.lambda[l] = lambda;
+    }
+    return result;
+}
+
+PrincipalLanes ElasticBody::principal_stretches_of(NodesRef x, int batch) const {
+    LaneMatrix3 F, R;
+    gradients(x, batch, F);
+    rotations_of(F, R);
+    return principal_stretches(F, R).sigma;
+}
+
+void ElasticBody::stress_of(NodesRef x, int batch, LaneMatrix3& F, LaneMatrix3& P) const {
+    LaneMatrix3 R;
+    gradients(x, batch, F);
+    rotations_of(F, R);
+    const PrincipalStretches stretches = principal_stretches(F, R);
+    P = turned_back(stretches, respond(lane_moduli(batch), stretches.sigma).stress);
 }
 
 ElementReport ElasticBody::measure(NodesRef x) const {
@@ -141,7 +178,7 @@ Lanes ElasticBody::volumes(int batch) const {
 
 /// K by the velocity gradients H of a batch.
 LaneMatrix3 ElasticBody::elastic_response(int batch, const ElementPose& pose, const LaneMatrix3& H) const {
-    if (pose.tangents.empty()) return elastic_form(batch, pose).multiply(H);
+    if (pose.tangents.empty()) return strain_form(batch, pose.R[batch]).multiply(H);
     return pose.tangents[batch].multiply(H);
 }
 
@@ -178,9 +215,36 @@ void ElasticBody::corotated_batch(NodesRef x, int batch, const StepMotion* motio
     if (!pose.rates.empty()) store_rates(batch, pose);
 }
 
+void ElasticBody::principal_batch(NodesRef x, int batch, const StepMotion* motion, ElementPose& pose,
+                                  ElementForces& forces, Tangent tangent) const {
+    const Lanes volume = volumes(batch);
+    const LaneModuli moduli = lane_moduli(batch);
+    LaneMatrix3 F, P;
+    gradients(x, batch, F);
+    LaneMatrix3& R = pose.R[batch];
+    rotations_of(F, R);
+    const PrincipalStretches stretches = principal_stretches(F, R);
+    PrincipalResponse response = respond(moduli, stretches.sigma);
+    P = turned_back(stretches, response.stress);
+    for (Lanes& entry : P.entries) entry *= -volume;
+    response.project();
+    if (tangent == Tangent::rotated)
+        for (int l = 0; l < lanes; ++l)
+            if (moduli.law[l] == MaterialLaw::corotated)
+                for (Lanes& twist : response.twist) twist[l] = 0;
+    ElementTangent& kept = pose.tangents[batch];
+    kept = ElementTangent(stretches, response, volume);
+    if (motion) add_motion(batch, F, *motion, pose, P);
+    store_forces(batch, P, forces);
+    LaneBlocks blocks;
+    stiffness_blocks(kept, gradient_[batch], blocks);
+    if (pose.damping != 0) add_damping(batch, pose, blocks);
+    store_blocks(blocks, tets_of(batch), &pose.blocks[first_tet(batch)]);
+}
+
 /// Adds its share of the damping to the blocks of the elasticity.
 void ElasticBody::add_damping(int batch, const ElementPose& pose, LaneBlocks& blocks) const {
-    StrainForm form = damping_form(batch, pose);
+    StrainForm form = strain_form(batch, pose.F[batch]);
     form.lambda *= pose.damping;
     form.mu *= pose.damping;
     form.add_blocks(gradient_[batch], blocks);
@@ -233,16 +297,11 @@ void ElasticBody::store_forces(int batch, const LaneMatrix3& P, ElementForces& f
         }
 }
 
-/// The corotated energy, of a body of one material.
-StrainForm ElasticBody::elastic_form(int batch, const ElementPose& pose) const {
-    const Lanes volume = volumes(batch);
-    return {pose.R[batch], moduli_[0].lambda * volume, moduli_[0].mu * volume};
-}
-
-StrainForm ElasticBody::damping_form(int batch, const ElementPose& pose) const {
+/// The form of a batch with the moduli of its elements, times their volumes. F: of the batch.
+StrainForm ElasticBody::strain_form(int batch, const LaneMatrix3& F) const {
     const LaneModuli moduli = lane_moduli(batch);
     const Lanes volume = volumes(batch);
-    return {pose.F[batch], moduli.lambda * volume, moduli.mu * volume};
+    return {F, moduli.lambda * volume, moduli.mu * volume};
 }
 
 /// out = (of_stiffness K + of_damping D) u.
@@ -259,7 +318,7 @@ void ElasticBody::product(const ElementPose& pose, NodesRef u, double of_stiffne
             else
                 P = elastic_response(batch, pose, H);
             if (of_damping != 0) {
-                const LaneMatrix3 damping = damping_form(batch, pose).multiply(H);
+                const LaneMatrix3 damping = strain_form(batch, pose.F[batch]).multiply(H);
                 for (std::size_t k = 0; k < 9; ++k)
                     P.entries[k] = of_stiffness * P.entries[k] + of_damping * damping.entries[k];
             }
@@ -267,11 +326,6 @@ void ElasticBody::product(const ElementPose& pose, NodesRef u, double of_stiffne
         },
         64);
     sum_forces(scratch, out);
-}
-
-void ElasticBody::stiffness_product(const ElementPose& pose, NodesRef u, ElementForces& scratch,
-                                    Eigen::Ref<Nodes> out) const {
-    product(pose, u, 1, 0, scratch, out);
 }
 
 void ElasticBody::damping_product(const ElementPose& pose, NodesRef u, ElementForces& scratch,

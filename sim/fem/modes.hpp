@@ -8,9 +8,8 @@
 namespace nbd {
 
 struct ModeOptions {
-    int count = 128;           // number of elastic modes, >= 1; the six rigid modes are not counted
-    std::uint64_t seed = 1;    // seed of the starting vector
-    double tolerance = 1e-12;  // ARPACK's relative accuracy of eigenvalues; 0 means rounding
+    int count = 128;         // number of elastic modes, >= 1; the six rigid modes are not counted
+    std::uint64_t seed = 1;  // seed of the starting vector
 };
 
 /// Accuracy and cost of the modes.

@@ -9,8 +9,7 @@ Nodes from_centre(const ElasticBody& body, NodesRef x) {
 
 /// r^T M u, the sum of the masses times r_i u_j^T.
 Eigen::Matrix3d moments(const ElasticBody& body, const Nodes& r, const Nodes& u) {
-    Nodes product(u.rows(), 3);
-    body.mass_product(u, product);
+    const Nodes product = body.node_masses().asDiagonal() * u;
     return r.transpose() * product;
 }
 
@@ -20,7 +19,6 @@ Eigen::Vector3d angular(const ElasticBody& body, const Nodes& r, const Nodes& v)
     return {Q(1, 2) - Q(2, 1), Q(2, 0) - Q(0, 2), Q(0, 1) - Q(1, 0)};
 }
 
-/// Row sums of the mass matrix are the masses of the nodes, of either kind.
 Eigen::Vector3d linear(const ElasticBody& body, const Nodes& v) { return v.transpose() * body.node_masses(); }
 
 }  // namespace
@@ -52,8 +50,7 @@ void add_motion(const ElasticBody& body, const RigidVector& motion, BodyState& s
 }
 
 double kinetic_energy(const ElasticBody& body, NodesRef v) {
-    Nodes p(v.rows(), 3);
-    body.mass_product(v, p);
+    const Nodes p = body.node_masses().asDiagonal() * v;
     return 0.5 * p.cwiseProduct(v).sum();
 }
 

@@ -36,12 +36,4 @@ Eigen::Vector3d StepMatrix::multiply_row(int i, const double* v) const noexcept 
     return sum;
 }
 
-SparseMatrix StepMatrix::to_sparse() const {
-    SparseMatrix A = pattern_->zero_matrix();
-    for (int i = 0; i < node_count(); ++i)
-        for (int k = 0; k < std::ssize(pattern_->neighbours(i)); ++k)
-            pattern_->block(A, i, k) = block(i, k).transpose();
-    return A;
-}
-
 }  // namespace nbd

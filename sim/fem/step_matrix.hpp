@@ -41,8 +41,6 @@ class StepMatrix {
     /// Row i of A v, summed in double precision. v: [3 N].
     Eigen::Vector3d multiply_row(int i, const double* v) const noexcept;
 
-    SparseMatrix to_sparse() const;
-
  private:
     const BlockPattern* pattern_;
     SweepMatrix<FloatBlocks<3, 3>> blocks_;

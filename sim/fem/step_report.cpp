@@ -1,27 +1,15 @@
 #include "sim/fem/step_report.hpp"
 
+#include <cstddef>
 #include <type_traits>
 
 namespace nbd {
 
 const char* name(StepTrouble trouble) noexcept {
-    switch (trouble) {
-        case StepTrouble::none:
-            return "";
-        case StepTrouble::approach:
-            return "approach";
-        case StepTrouble::linear_solver:
-            return "linear_solver";
-        case StepTrouble::newton:
-            return "newton";
-        case StepTrouble::overlap:
-            return "overlap";
-        case StepTrouble::contact_passes:
-            return "contact_passes";
-        case StepTrouble::inverted:
-            return "inverted";
-    }
-    return "";
+    // In the order of the enumeration.
+    constexpr const char* names[]{"",        "approach",       "linear_solver", "newton",
+                                  "overlap", "contact_passes", "inverted"};
+    return names[static_cast<std::size_t>(trouble)];
 }
 
 void StepReport::add(const StepReport& other) {

@@ -18,7 +18,6 @@ StepSystem::StepSystem(const ElasticBody& body)
       shifted_(body.unknown_count()),
       x_(body.node_count(), 3),
       impulse_(body.node_count(), 3),
-      product_(body.node_count(), 3),
       free_(body.node_count(), 3),
       image_(body.node_count(), 3) {}
 
@@ -50,8 +49,8 @@ void StepSystem::assemble(const BodyState& start, const TimeStep& step, const Lo
 
     if (loads.forces.rows() > 0) impulse_ += dt * loads.forces;
     Eigen::Map<Nodes> b(b_.data(), body_.node_count(), 3);
-    body_.mass_product((c * start.v).rowwise() + dt * loads.gravity.transpose(), product_);
-    b = product_ + impulse_;
+    b = body_.node_masses().asDiagonal() * ((c * start.v).rowwise() + dt * loads.gravity.transpose()) +
+        impulse_;
     double squared = 0, held_squared = 0;
     for (int i = 0; i < body_.node_count(); ++i) {
         const double mass = body_.node_masses()[i];
@@ -86,8 +85,7 @@ void StepSystem::multiply(const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::Ref
     }
     if (!is_known) body_.tangent_product(elements_, free_, forces_, image_);
     is_image_known_ = true;
-    body_.mass_product(free_, result);
-    result = mass_scale_ * result + elastic_scale_ * image_;
+    result = mass_scale_ * (body_.node_masses().asDiagonal() * free_) + elastic_scale_ * image_;
     for (Eigen::Index i = 0; i < nodes; ++i)
         if (prescribed_[i]) result.row(i) = given.row(i);
 }
@@ -118,6 +116,57 @@ void StepSystem::prescribe(const PrescribedNodes& prescribed) {
     for (const int node : prescribed.nodes) {
         A_.isolate(node);
         b_.segment<3>(3 * node) = shift_.segment<3>(3 * node);
+    }
+}
+
+double StepPotential::value(const Nodes& v) {
+    const Material& material = body_.material();
+    const auto [dt, c] = step_;
+    const Eigen::VectorXd& masses = body_.node_masses();
+    const Nodes change = c * v - start_.v;
+    Nodes product = masses.asDiagonal() * change;
+    double sum = 0.5 * product.cwiseProduct(change).sum();
+    product = masses.asDiagonal() * v;
+    sum += 0.5 * c * dt * material.rayleigh_mass * product.cwiseProduct(v).sum();
+    // Relative to v*, so that the speed of a body does not drown what changes.
+    const Nodes relative = v - start_.v;
+    sum -= dt * (relative.transpose() * masses).dot(loads_.gravity);
+    if (loads_.forces.rows() > 0) sum -= dt * loads_.forces.cwiseProduct(relative).sum();
+    body_.damping_product(damping_, v, forces_, product);
+    sum += 0.5 * c * dt * material.rayleigh_stiffness * product.cwiseProduct(v).sum();
+    return sum + body_.measure(start_.x + dt * v).energy;
+}
+
+Nodes StepPotential::gradient(const Nodes& v) {
+    const Material& material = body_.material();
+    const auto [dt, c] = step_;
+    const Nodes inertia =
+        body_.node_masses().asDiagonal() * (c * (c + dt * material.rayleigh_mass) * v - c * start_.v -
+                                            (dt * loads_.gravity.transpose()).replicate(v.rows(), 1));
+    Nodes damping(v.rows(), 3), force(v.rows(), 3);
+    body_.damping_product(damping_, v, forces_, damping);
+    body_.pose(start_.x + dt * v, end_, forces_);
+    body_.sum_forces(forces_, force);
+    if (loads_.forces.rows() > 0) force += loads_.forces;
+    return inertia + dt * (c * material.rayleigh_stiffness * damping - force);
+}
+
+void CoupledSystem::multiply(const Eigen::VectorXd& v, Eigen::VectorXd& out) const {
+    for (std::size_t b = 0; b < systems.size(); ++b) {
+        const int first = first_unknown[b], size = first_unknown[b + 1] - first;
+        systems[b].multiply(v.segment(first, size), out.segment(first, size));
+    }
+    add_couplings(v, out);
+}
+
+void CoupledSystem::add_couplings(const Eigen::VectorXd& v, Eigen::VectorXd& out) const {
+    for (const Coupling& coupling : couplings) {
+        if (coupling.A.isZero(0)) continue;
+        Eigen::Vector3d u = Eigen::Vector3d::Zero();
+        for (const CouplingTerm& t : terms_of(coupling)) u += t.weight * v.segment<3>(t.unknown);
+        const Eigen::Vector3d impulse = coupling.A * u;
+        for (const CouplingTerm& t : terms_of(coupling))
+            if (!t.held) out.segment<3>(t.unknown) += t.weight * impulse;
     }
 }
 

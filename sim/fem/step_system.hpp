@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
 #include <vector>
 
 #include "sim/fem/elastic_body.hpp"
@@ -89,10 +90,74 @@ class StepSystem {
     Eigen::VectorXd b_;
     std::vector<char> prescribed_;     // [N]
     Eigen::VectorXd shift_, shifted_;  // [3 N] scratch of prescribe()
-    Nodes x_, impulse_, product_;      // [N, 3] scratch of assemble()
+    Nodes x_, impulse_;                // [N, 3] scratch of assemble()
     mutable ElementForces forces_;     // scratch
     mutable Nodes free_, image_;       // [N, 3] velocities of the last product, and that with K + damping D
     mutable bool is_image_known_ = false;  // whether image_ belongs to free_
+};
+
+/// One step of a body (see TimeStep) as a minimisation over its unknown v, [N, 3]. The gradient of
+///
+///   P(v) = 1/2 |c v - v*|^2_M + E(x* + dt v) - dt v.(M g + f_outer) + c dt/2 (alpha |v|^2_M + beta |v|^2_D)
+///
+/// is the impulse balance that the step solves. Joules, up to a constant. Contact forces are not included.
+class StepPotential {
+ public:
+    /// Stores references to all arguments but the step. damping: elements of the step, which define the
+    /// damping matrix D.
+    StepPotential(const ElasticBody& body, const BodyState& start, const TimeStep& step, const Loads& loads,
+                  const ElementPose& damping)
+        : body_(body), start_(start), step_(step), loads_(loads), damping_(damping) {}
+
+    double value(const Nodes& v);
+
+    /// [N, 3] newton seconds.
+    Nodes gradient(const Nodes& v);
+
+ private:
+    const ElasticBody& body_;
+    const BodyState& start_;
+    TimeStep step_;
+    const Loads& loads_;
+    const ElementPose& damping_;
+    ElementPose end_;       // scratch
+    ElementForces forces_;  // likewise
+};
+
+/// Weight of a node in the relative velocity of two points.
+struct CouplingTerm {
+    int body = 0, node = 0;
+    int unknown = 0;  // row of the node's x velocity in the stacked vector
+    double weight = 0;
+    bool held = false;  // the node's velocity is prescribed, so it has no equation
+};
+
+/// The term J^T A J, where J v is the sum of weight times velocity over a range of terms. A is symmetric
+/// positive semi-definite.
+struct Coupling {
+    int begin = 0, end = 0;
+    Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
+};
+
+/// The linear system of the stacked velocities of all bodies: the matrix of each body and the couplings. A
+/// view; the data must outlive it.
+struct CoupledSystem {
+    std::span<const StepSystem> systems;
+    std::span<const int> first_unknown;  // [bodies + 1] first unknown of each body, then the total number
+    std::span<const CouplingTerm> terms;
+    std::span<const Coupling> couplings;
+
+    int size() const noexcept { return first_unknown.back(); }
+    int node_count() const noexcept { return size() / 3; }
+    std::span<const CouplingTerm> terms_of(const Coupling& coupling) const noexcept {
+        return terms.subspan(coupling.begin, coupling.end - coupling.begin);
+    }
+
+    /// out = (matrices + couplings) v. out must not overlap v.
+    void multiply(const Eigen::VectorXd& v, Eigen::VectorXd& out) const;
+
+    /// out += couplings times v.
+    void add_couplings(const Eigen::VectorXd& v, Eigen::VectorXd& out) const;
 };
 
 }  // namespace nbd

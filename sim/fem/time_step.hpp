@@ -37,7 +37,14 @@ struct StepStart {
 /// The second order backward differentiation formula for steps of two lengths. before: the state dt_before >
 /// 0 earlier than `now`. Hardly damps vibrations of 20 or more steps a period. Steps must not grow by more
 /// than a factor of 1 + sqrt(2) [HairerNorsettWanner93, III.5].
-StepStart bdf2_start(const BodyState& before, const BodyState& now, double dt_before, double dt);
+inline StepStart bdf2_start(const BodyState& before, const BodyState& now, double dt_before, double dt) {
+    // x1 = p x0 - q x(-1) + dt/c v1, likewise for v, with r = dt / dt_before, p = (1 + r)^2 / (1 + 2r) = 1 +
+    // q, q = r^2 / (1 + 2r), c = (1 + 2r) / (1 + r).
+    const double r = dt / dt_before, p = (1 + r) * (1 + r) / (1 + 2 * r), q = r * r / (1 + 2 * r);
+    return {.state = {p * now.x - q * before.x, p * now.v - q * before.v},
+            .step = {dt, (1 + 2 * r) / (1 + r)},
+            .share_before = q};
+}
 
 constexpr double max_bdf2_growth = 2;  // of the step length, from one step to the next
 

@@ -109,14 +109,21 @@ std::string JsonObject::need_one(const std::vector<std::string>& keys) {
     return {};
 }
 
+/// The value at a field's key; null if it is missing, or after a problem that says what it must be.
+const nlohmann::json* JsonObject::find(JsonField field, bool (nlohmann::json::*is_right)() const noexcept,
+                                       const char* what) {
+    const std::string key = field.key;
+    const nlohmann::json* entry = find(std::move(field));
+    if (!entry || (entry->*is_right)()) return entry;
+    problem(key, fmt::format("must be {}, not {}", what, shown(*entry)));
+    return nullptr;
+}
+
 double JsonObject::number(const std::string& key, double fallback, const NumberRange& range) {
     const nlohmann::json* entry =
-        find({.object = {}, .key = key, .type = "number", .range = range, .fallback = fallback});
+        find({.object = {}, .key = key, .type = "number", .range = range, .fallback = fallback},
+             &nlohmann::json::is_number, "a number");
     if (!entry) return fallback;
-    if (!entry->is_number()) {
-        problem(key, fmt::format("must be a number, not {}", shown(*entry)));
-        return fallback;
-    }
     const double value = entry->get<double>();
     if (value >= range.low && value <= range.high && std::isfinite(value)) return value;
     problem(key, fmt::format("is {}, but must be {}", value, range.text));
@@ -130,12 +137,9 @@ std::optional<double> JsonObject::optional_number(const std::string& key, const 
 
 long long JsonObject::integer(const std::string& key, long long fallback, const NumberRange& range) {
     const nlohmann::json* entry =
-        find({.object = {}, .key = key, .type = "integer", .range = range, .fallback = fallback});
+        find({.object = {}, .key = key, .type = "integer", .range = range, .fallback = fallback},
+             &nlohmann::json::is_number_integer, "a whole number");
     if (!entry) return fallback;
-    if (!entry->is_number_integer()) {
-        problem(key, fmt::format("must be a whole number, not {}", shown(*entry)));
-        return fallback;
-    }
     const double value = entry->get<double>();
     if (value >= range.low && value <= range.high) return entry->get<long long>();
     problem(key, fmt::format("is {}, but must be {}", shown(*entry), range.text));
@@ -143,19 +147,15 @@ long long JsonObject::integer(const std::string& key, long long fallback, const 
 }
 
 bool JsonObject::flag(const std::string& key, bool fallback) {
-    const nlohmann::json* entry = find({.object = {}, .key = key, .type = "boolean", .fallback = fallback});
-    if (!entry) return fallback;
-    if (entry->is_boolean()) return entry->get<bool>();
-    problem(key, fmt::format("must be true or false, not {}", shown(*entry)));
-    return fallback;
+    const nlohmann::json* entry = find({.object = {}, .key = key, .type = "boolean", .fallback = fallback},
+                                       &nlohmann::json::is_boolean, "true or false");
+    return entry ? entry->get<bool>() : fallback;
 }
 
 std::string JsonObject::text(const std::string& key, const std::string& fallback) {
-    const nlohmann::json* entry = find({.object = {}, .key = key, .type = "string", .fallback = fallback});
-    if (!entry) return fallback;
-    if (entry->is_string()) return entry->get<std::string>();
-    problem(key, fmt::format("must be a text, not {}", shown(*entry)));
-    return fallback;
+    const nlohmann::json* entry = find({.object = {}, .key = key, .type = "string", .fallback = fallback},
+                                       &nlohmann::json::is_string, "a text");
+    return entry ? entry->get<std::string>() : fallback;
 }
 
 std::string JsonObject::choice(const std::string& key, const std::string& fallback,
@@ -205,14 +205,10 @@ JsonObject JsonObject::object(const std::string& key) {
 }
 
 std::vector<JsonObject> JsonObject::objects(const std::string& key) {
-    const nlohmann::json* entry = find({.object = {}, .key = key, .type = "array"});
+    const nlohmann::json* entry =
+        find({.object = {}, .key = key, .type = "array"}, &nlohmann::json::is_array, "an array");
     std::vector<JsonObject> result;
-    if (!entry) return result;
-    if (!entry->is_array()) {
-        problem(key, fmt::format("must be an array, not {}", shown(*entry)));
-        return result;
-    }
-    for (std::size_t i = 0; i < entry->size(); ++i)
+    for (std::size_t i = 0; entry && i < entry->size(); ++i)
         result.emplace_back((*entry)[i], fmt::format("{}[{}]", path(key), i), reading_);
     return result;
 }

@@ -82,6 +82,8 @@ class JsonObject {
  private:
     const nlohmann::json* find(const std::string& key);
     const nlohmann::json* find(JsonField field);
+    const nlohmann::json* find(JsonField field, bool (nlohmann::json::*is_right)() const noexcept,
+                               const char* what);
     void note(const std::string& problem) const;
 
     const nlohmann::json* value_;

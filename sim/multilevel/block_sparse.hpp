@@ -4,51 +4,33 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstring>
-#include <numeric>
-#include <span>
 #include <type_traits>
 #include <vector>
 
 #include "meshing/parallel/parallel_for.hpp"
+#include "sim/factor/block_pattern.hpp"
 #include "sim/factor/lane_blocks.hpp"
 #include "sim/factor/sweep_matrix.hpp"
 
 namespace nbd {
 
-/// A sparse matrix of R x C blocks in double precision, by rows of blocks. The columns of a row ascend.
+/// A sparse matrix of R x C blocks in double precision, by rows of blocks.
 template <int R, int C>
-struct BlockSparse {
+struct BlockSparse : RowLists {
     using Block = Eigen::Matrix<double, R, C>;
 
     int columns = 0;  // number of columns of blocks
-    std::vector<int> offset{0}, column;
     std::vector<Block> blocks;
 
-    int rows() const noexcept { return offset.size() - 1; }
-    std::span<const int> columns_of(int row) const noexcept {
-        return {column.data() + offset[row], column.data() + offset[row + 1]};
-    }
     const Block& block(int row, std::size_t k) const noexcept { return blocks[offset[row] + k]; }
-    void end_row() { offset.push_back(column.size()); }
 };
 
 template <int R, int C>
 BlockSparse<C, R> transpose(const BlockSparse<R, C>& A) {
-    BlockSparse<C, R> T;
-    T.columns = A.rows();
-    T.offset.assign(A.columns + 1, 0);
-    T.column.resize(A.column.size());
-    T.blocks.resize(A.blocks.size());
-    for (const int c : A.column) ++T.offset[c + 1];
-    std::partial_sum(T.offset.begin(), T.offset.end(), T.offset.begin());
-    std::vector<int> next(T.offset.begin(), T.offset.end() - 1);
-    for (int r = 0; r < A.rows(); ++r) {
-        const auto row = A.columns_of(r);
-        for (std::size_t k = 0; k < row.size(); ++k) {
-            const std::size_t at = next[row[k]]++;
-            T.column[at] = r;
-            T.blocks[at] = A.block(r, k).transpose();
-        }
+    BlockSparse<C, R> T{items_by_row(A.column, A.columns), A.rows(), {}};
+    for (int& place : T.column) {
+        T.blocks.push_back(A.blocks[place].transpose());
+        place = std::ranges::upper_bound(A.offset, place) - A.offset.begin() - 1;
     }
     return T;
 }
@@ -107,25 +89,17 @@ BlockSparse<R, C> product(const BlockSparse<R, K>& A, const BlockSparse<K, C>& B
 
 /// A sparse matrix of R x C blocks in 16 bits, by rows of blocks, for products.
 template <int R, int C>
-class TransferMatrix {
+class TransferMatrix : public RowLists {
  public:
     TransferMatrix() = default;
 
-    explicit TransferMatrix(const BlockSparse<R, C>& A)
-        : offset_(A.offset), column_(A.column), blocks_(A.blocks.size()) {
+    explicit TransferMatrix(const BlockSparse<R, C>& A) : RowLists(A), blocks_(A.blocks.size()) {
         for (std::size_t k = 0; k < A.blocks.size(); ++k) blocks_.set(k, A.blocks[k]);
     }
 
-    int rows() const noexcept { return offset_.size() - 1; }
-
-    std::span<const int> columns_of(int row) const noexcept {
-        return {column_.data() + offset_[row], column_.data() + offset_[row + 1]};
+    Eigen::Matrix<float, R, C> block(int row, std::size_t k) const noexcept {
+        return blocks_.block(offset[row] + k);
     }
-
-    /// Index of the first block of a row; those of its other columns follow.
-    std::size_t first_block(int row) const noexcept { return offset_[row]; }
-
-    Eigen::Matrix<float, R, C> block(std::size_t k) const noexcept { return blocks_.block(k); }
 
     /// out = this times x, in parallel. x: C numbers for each column of blocks; out: R for each row.
     void multiply(const float* x, float* out) const {
@@ -140,11 +114,10 @@ class TransferMatrix {
 
     /// A block row times x, where x has C numbers for each column of blocks.
     LaneVector<R> times(int row, const float* x) const noexcept {
-        return blocks_.row_product(first_block(row), columns_of(row), x);
+        return blocks_.row_product(offset[row], columns_of(row), x);
     }
 
  private:
-    std::vector<int> offset_{0}, column_;
     ScaledBlocks<R, C> blocks_;
 };
 

@@ -30,25 +30,20 @@ class CoarsestSolve {
 
  private:
     using Block = Eigen::Matrix<double, 6, 6>;
-    /// Blocks at and right of the diagonal, in any order.
-    struct Row {
-        std::vector<int> columns;
-        std::vector<Block> blocks;
-    };
     int rows() const noexcept { return first_.back(); }
-    bool add(int row, int column, const Block& block);
-    bool sum(const CouplingMatrix<6>& couplings);
+    template <class Visit>
+    void for_each_block(const CouplingMatrix<6>& couplings, const Visit& visit) const;
     void analyze();
-    void fill();
 
     std::vector<const BlockSparse<6, 6>*> matrices_;
     std::vector<int> first_{0};  // [bodies + 1] first row of each body
-    std::vector<Row> rows_;      // of the sum; grow with the couplings that act
-    bool is_new_ = true;         // nothing was factorised since the couplings began
-    bool has_places_ = false;    // the factor has places of couplings
-    bool is_analyzed_ = false;   // the factor belongs to pattern_
-    BlockPattern pattern_;       // of the sum, the lower half; each row is two nodes of three unknowns
-    SparseMatrix A_;             // likewise
+    // [rows] Columns at and right of the diagonal, in any order; they grow with the couplings that act.
+    std::vector<std::vector<int>> columns_;
+    bool is_new_ = true;        // nothing was factorised since the couplings began
+    bool has_places_ = false;   // the factor has places of couplings
+    bool is_analyzed_ = false;  // the factor belongs to pattern_
+    BlockPattern pattern_;      // of the sum, the lower half; each row is two nodes of three unknowns
+    SparseMatrix A_;            // likewise
     Cholesky cholesky_;
     Eigen::VectorXd x_;
 };

@@ -60,11 +60,10 @@ void CoupledLevel<B>::set_couplings(const CouplingMatrix<B>& couplings) {
     coupled_ = couplings.rows;
     uncoupled_.resize(coupled_.size());
     damping_.resize(coupled_.size());
-    coupling_offset_ = couplings.blocks.offset;
-    coupling_column_.clear();
-    for (const int column : couplings.blocks.column) coupling_column_.push_back(coupled_[column]);
-    coupling_blocks_ = FloatBlocks<B, B>(coupling_column_.size());
-    for (std::size_t k = 0; k < coupling_column_.size(); ++k)
+    coupling_lists_ = couplings.blocks;
+    for (int& column : coupling_lists_.column) column = coupled_[column];
+    coupling_blocks_ = FloatBlocks<B, B>(couplings.blocks.blocks.size());
+    for (std::size_t k = 0; k < couplings.blocks.blocks.size(); ++k)
         coupling_blocks_.set(k, couplings.blocks.blocks[k]);
     parallel_for(
         coupled_.size(),
@@ -85,9 +84,8 @@ void CoupledLevel<B>::subtract_couplings(const float* from, float* to) const {
     parallel_for(
         coupled_.size(),
         [&](int k) {
-            const std::size_t at = k, first = coupling_offset_[at];
-            const auto columns = std::span(coupling_column_).subspan(first, coupling_offset_[at + 1] - first);
-            At<B>(to + B * coupled_[at]) -= column<B>(coupling_blocks_.row_product(first, columns, from));
+            At<B>(to + B * coupled_[k]) -= column<B>(
+                coupling_blocks_.row_product(coupling_lists_.offset[k], coupling_lists_.columns_of(k), from));
         },
         64);
 }

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "sim/factor/block_pattern.hpp"
 #include "sim/factor/lane_blocks.hpp"
 #include "sim/multilevel/block_sparse.hpp"
 #include "sim/multilevel/coupling_sum.hpp"
@@ -60,10 +61,10 @@ class CoupledLevel {
     std::vector<std::vector<Part>> colours_;  // those of all bodies
     std::vector<Diagonal> diagonals_;         // of the bodies, without couplings
     std::vector<Square> inverses_;
-    std::vector<int> coupled_;       // rows that couplings touch
-    std::vector<Square> uncoupled_;  // their inverses without couplings
-    std::vector<Square> damping_;    // what couplings add to their diagonal blocks
-    std::vector<int> coupling_offset_{0}, coupling_column_;
+    std::vector<int> coupled_;           // rows that couplings touch
+    std::vector<Square> uncoupled_;      // their inverses without couplings
+    std::vector<Square> damping_;        // what couplings add to their diagonal blocks
+    RowLists coupling_lists_;            // of coupled_, with columns of the level
     FloatBlocks<B, B> coupling_blocks_;  // of the couplings, row after row
 };
 

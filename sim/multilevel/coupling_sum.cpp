@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 #include "meshing/parallel/parallel_for.hpp"
@@ -90,7 +89,7 @@ void CouplingSum::update(const CoupledSystem& system) {
 void CouplingSum::analyze(const CoupledSystem& system) {
     ++pattern_;
     number_rows(system);
-    list_terms(system);
+    list_weights(system);
     BlockSparse<3, 3>& blocks = matrix_.blocks;
     blocks = {};
     blocks.columns = matrix_.rows.size();
@@ -102,18 +101,18 @@ void CouplingSum::analyze(const CoupledSystem& system) {
     matrix_.damping.resize(matrix_.rows.size());
 }
 
-/// Calls visit(coupling, term) for the terms of the couplings that have acted.
+/// Calls visit(term) for the free nodes of a coupling, if it has acted.
 template <class Visit>
-void CouplingSum::for_each_term(const CoupledSystem& system, const Visit& visit) const {
-    for (std::size_t c = 0; c < acted_.size(); ++c)
-        if (acted_[c])
-            for (const CouplingTerm& t : system.terms_of(system.couplings[c]))
-                if (!t.held) visit(c, t);
+void CouplingSum::for_each_term(const CoupledSystem& system, std::size_t coupling, const Visit& visit) const {
+    if (!acted_[coupling]) return;
+    for (const CouplingTerm& t : system.terms_of(system.couplings[coupling]))
+        if (!t.held) visit(t);
 }
 
 void CouplingSum::number_rows(const CoupledSystem& system) {
     row_of_.assign(system.node_count(), -1);
-    for_each_term(system, [&](std::size_t, const CouplingTerm& t) { row_of_[t.unknown / 3] = 0; });
+    for (std::size_t c = 0; c < acted_.size(); ++c)
+        for_each_term(system, c, [&](const CouplingTerm& t) { row_of_[t.unknown / 3] = 0; });
     matrix_.rows.clear();
     for (std::size_t i = 0; i < row_of_.size(); ++i) {
         if (row_of_[i] < 0) continue;
@@ -122,33 +121,19 @@ void CouplingSum::number_rows(const CoupledSystem& system) {
     }
 }
 
-void CouplingSum::list_terms(const CoupledSystem& system) {
-    terms_.clear();
+void CouplingSum::list_weights(const CoupledSystem& system) {
+    weights_ = {};
+    weights_.columns = matrix_.rows.size();
     totals_.assign(acted_.size(), 0);
-    first_term_.assign(acted_.size() + 1, 0);
-    first_at_.assign(matrix_.rows.size() + 1, 0);
-    for_each_term(system, [&](std::size_t c, const CouplingTerm& t) {
-        const int row = row_of_[t.unknown / 3];
-        terms_.push_back({row, static_cast<int>(c), t.weight});
-        totals_[c] += std::abs(t.weight);
-        ++first_term_[c + 1];
-        ++first_at_[row + 1];
-    });
-    std::partial_sum(first_term_.begin(), first_term_.end(), first_term_.begin());
-    std::partial_sum(first_at_.begin(), first_at_.end(), first_at_.begin());
-    at_.resize(terms_.size());
-    std::vector<int> next(first_at_.begin(), first_at_.end() - 1);
-    for (std::size_t t = 0; t < terms_.size(); ++t) at_[next[terms_[t].row]++] = t;
-}
-
-std::span<const int> CouplingSum::terms_at(int row) const noexcept {
-    const std::size_t i = row;
-    return std::span(at_).subspan(first_at_[i], first_at_[i + 1] - first_at_[i]);
-}
-
-std::span<const CouplingSum::Term> CouplingSum::terms_of(int coupling) const noexcept {
-    const std::size_t c = coupling;
-    return std::span(terms_).subspan(first_term_[c], first_term_[c + 1] - first_term_[c]);
+    for (std::size_t c = 0; c < acted_.size(); ++c) {
+        for_each_term(system, c, [&](const CouplingTerm& t) {
+            weights_.column.push_back(row_of_[t.unknown / 3]);
+            weights_.blocks.emplace_back(t.weight);
+            totals_[c] += std::abs(t.weight);
+        });
+        weights_.end_row();
+    }
+    of_rows_ = transpose(weights_);
 }
 
 /// The columns of every row, ascending.
@@ -158,9 +143,9 @@ std::vector<std::vector<int>> CouplingSum::columns() const {
         std::vector<int> listed(columns.size(), -1);  // last row that has each column
         for (int i = begin; i < end; ++i) {
             std::vector<int>& row = columns[i];
-            for (const int own : terms_at(i))
-                for (const Term& other : terms_of(terms_[own].coupling))
-                    if (std::exchange(listed[other.row], i) != i) row.push_back(other.row);
+            for (const int coupling : of_rows_.columns_of(i))
+                for (const int other : weights_.columns_of(coupling))
+                    if (std::exchange(listed[other], i) != i) row.push_back(other);
             std::ranges::sort(row);
         }
     });
@@ -182,16 +167,17 @@ void CouplingSum::fill(const CoupledSystem& system) {
             }
             Eigen::Matrix3d& damping = matrix_.damping[i];
             damping.setZero();
-            for (const int at : terms_at(i)) {
-                const Term& own = terms_[at];
-                const std::size_t c = own.coupling;
+            const auto couplings = of_rows_.columns_of(i);
+            for (std::size_t k = 0; k < couplings.size(); ++k) {
+                const std::size_t c = couplings[k];
                 if (strengths_[c] == 0) continue;
                 const Eigen::Matrix3d& A = system.couplings[c].A;
-                const double w = std::abs(own.weight), others = totals_[c] - w;
+                const double own = of_rows_.block(i, k).value(), w = std::abs(own), others = totals_[c] - w;
                 damping += (w * w + CouplingMatrix<3>::damping_share * w * others) * A;
-                const Eigen::Matrix3d weighted = own.weight * A;
-                for (const Term& other : terms_of(own.coupling))
-                    blocks.blocks[place[other.row]] += other.weight * weighted;
+                const Eigen::Matrix3d weighted = own * A;
+                const auto other_rows = weights_.columns_of(couplings[k]);
+                for (std::size_t l = 0; l < other_rows.size(); ++l)
+                    blocks.blocks[place[other_rows[l]]] += weights_.block(couplings[k], l).value() * weighted;
             }
         }
     });

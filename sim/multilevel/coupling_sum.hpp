@@ -1,10 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <span>
+#include <cstddef>
 #include <vector>
 
-#include "sim/fem/coupled_system.hpp"
+#include "sim/fem/step_system.hpp"
 #include "sim/multilevel/block_sparse.hpp"
 
 namespace nbd {
@@ -62,29 +62,21 @@ class CouplingSum {
     const std::vector<double>& strengths() const noexcept { return strengths_; }
 
  private:
-    /// A free node of a coupling: its row, and its weight there.
-    struct Term {
-        int row, coupling;
-        double weight;
-    };
     void analyze(const CoupledSystem& system);
     template <class Visit>
-    void for_each_term(const CoupledSystem& system, const Visit& visit) const;
+    void for_each_term(const CoupledSystem& system, std::size_t coupling, const Visit& visit) const;
     void number_rows(const CoupledSystem& system);
-    void list_terms(const CoupledSystem& system);
-    std::span<const int> terms_at(int row) const noexcept;
-    std::span<const Term> terms_of(int coupling) const noexcept;
+    void list_weights(const CoupledSystem& system);
     std::vector<std::vector<int>> columns() const;
     void fill(const CoupledSystem& system);
 
     std::vector<double> strengths_;  // [couplings]
     std::vector<char> acted_;        // [couplings] non-zero for those that have acted since begin()
     std::vector<int> row_of_;        // [nodes of the system]
-    std::vector<Term> terms_;        // of those that acted, coupling after coupling
-    std::vector<int> first_term_;    // [couplings + 1] range of terms_
-    std::vector<int> first_at_;      // [rows + 1] range of at_
-    std::vector<int> at_;            // places in terms_, of one row after the other
-    std::vector<double> totals_;     // [couplings] sum of the magnitudes of the weights of free nodes
+    // Weights of the free nodes of those that acted: a row for each coupling, columns as the rows of
+    // matrix(), in the order of the coupling's terms and with repeats. And its transpose.
+    BlockSparse<1, 1> weights_, of_rows_;
+    std::vector<double> totals_;  // [couplings] sum of the magnitudes of these weights
     CouplingMatrix<3> matrix_;
     int pattern_ = 0;
 };

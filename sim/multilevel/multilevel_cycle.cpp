@@ -126,7 +126,7 @@ CouplingMatrix<6> MultilevelCycle::coarsen_nodes(const CouplingMatrix<3>& coupli
         const auto columns = P.columns_of(node);
         for (std::size_t k = 0; k < columns.size(); ++k)
             add(levels_[0].first_row(b) + columns[k],
-                Eigen::Matrix<float, 3, 6>(rotations_[b][node] * P.block(P.first_block(node) + k)));
+                Eigen::Matrix<float, 3, 6>(rotations_[b][node] * P.block(node, k)));
     });
     return coarsen(couplings, selection.prolongation, std::move(selection.rows));
 }
@@ -144,8 +144,7 @@ CouplingMatrix<6> MultilevelCycle::coarsen_level(std::size_t level,
         }
         const TransferMatrix<6, 6>& P = rest_level(b, level).coarser.prolongation;
         const auto columns = P.columns_of(aggregate);
-        for (std::size_t k = 0; k < columns.size(); ++k)
-            add(first + columns[k], P.block(P.first_block(aggregate) + k));
+        for (std::size_t k = 0; k < columns.size(); ++k) add(first + columns[k], P.block(aggregate, k));
     });
     return coarsen(couplings, selection.prolongation, std::move(selection.rows));
 }

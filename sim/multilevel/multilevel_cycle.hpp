@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "sim/fem/coupled_system.hpp"
+#include "sim/fem/step_system.hpp"
 #include "sim/multilevel/coarsest_solve.hpp"
 #include "sim/multilevel/coupled_level.hpp"
 #include "sim/multilevel/coupling_sum.hpp"

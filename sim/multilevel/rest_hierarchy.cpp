@@ -22,19 +22,13 @@ BlockSparse<3, 3> rest_matrix(const ElasticBody& body, double mass_scale, double
     ElementPose pose;
     ElementForces forces;
     body.pose(body.rest().X, pose, forces);
-    const BlockPattern& pattern = body.pattern();
     StepMatrix A = body.zero_matrix();
     body.combine(mass_scale, stiffness_scale, pose, A);
     for (int i = 0; i < body.node_count(); ++i)
         if (prescribed[i]) A.isolate(i);
-    BlockSparse<3, 3> blocks;
-    blocks.columns = body.node_count();
-    for (int i = 0; i < body.node_count(); ++i) {
-        const auto row = pattern.neighbours(i);
-        blocks.column.insert(blocks.column.end(), row.begin(), row.end());
-        for (int k = 0; k < std::ssize(row); ++k) blocks.blocks.push_back(A.block(i, k));
-        blocks.end_row();
-    }
+    BlockSparse<3, 3> blocks{body.pattern().lists(), body.node_count(), {}};
+    for (int i = 0; i < body.node_count(); ++i)
+        for (int k = 0; k < std::ssize(blocks.columns_of(i)); ++k) blocks.blocks.push_back(A.block(i, k));
     return blocks;
 }
 
@@ -112,7 +106,7 @@ BlockSparse<B, 6> smoothed(const BlockSparse<B, B>& A, const std::vector<Square<
 }
 
 LevelMatrix<6> sweep_matrix(const BlockSparse<6, 6>& A) {
-    LevelMatrix<6> result(std::make_shared<const SweepOrder>(A.offset, A.column, aggregates_per_part));
+    LevelMatrix<6> result(std::make_shared<const SweepOrder>(A, aggregates_per_part));
     for (int i = 0; i < A.rows(); ++i)
         for (std::size_t k = 0; k < A.columns_of(i).size(); ++k)
             if (A.columns_of(i)[k] != i) result.set(i, k, A.block(i, k));

@@ -2,8 +2,8 @@
 
 #include <Eigen/Geometry>
 #include <optional>
-#include <vector>
 
+#include "meshing/surface/box_tree.hpp"
 #include "sim/patches/surface_normals.hpp"
 
 namespace nbd {
@@ -14,7 +14,7 @@ struct SurfaceDistance {
     Eigen::Vector3d normal;  // unit; direction in which the distance grows
 };
 
-/// A closed triangle mesh that never deforms, with a box tree for distance queries.
+/// A closed triangle mesh that never deforms, with a tree of boxes for distance queries.
 class StaticSurface {
  public:
     /// Throws std::invalid_argument for an empty or open surface, an index out of range or a non-finite
@@ -27,17 +27,10 @@ class StaticSurface {
     const TriMesh& mesh() const noexcept { return mesh_; }
 
  private:
-    struct BoxNode {
-        Eigen::AlignedBox3d box;
-        int begin = 0, end = 0;  // range of order_
-        int right = -1;          // the left child follows its parent; -1 marks a leaf
-    };
-    int build(int begin, int end);
-
     TriMesh mesh_;
     SurfaceTopology topology_;
-    std::vector<int> order_;
-    std::vector<BoxNode> nodes_;
+    Eigen::AlignedBox3d box_;
+    BoxTree faces_;
 };
 
 }  // namespace nbd

@@ -144,11 +144,6 @@ std::span<const int> nodes_of(const Embedding& W, int vertex) {
     return {nodes + begin[vertex], nodes + begin[vertex + 1]};
 }
 
-void sort_out_repeats(std::vector<int>& items, std::ptrdiff_t from) {
-    std::sort(items.begin() + from, items.end());
-    items.erase(std::unique(items.begin() + from, items.end()), items.end());
-}
-
 }  // namespace
 
 ContactShape::ContactShape(Embedding weights, Faces faces, NodesRef X, const WideTree* box_tree)
@@ -164,29 +159,17 @@ ContactShape::ContactShape(Embedding weights, Faces faces, NodesRef X, const Wid
       }()),
       tree(box_tree),
       patches(make_patches(box_tree, topology, W, F, X)) {
-    std::vector<int> vertices;
+    const auto append = [](IndexLists& lists, std::span<const int> items) {
+        lists.items.insert(lists.items.end(), items.begin(), items.end());
+    };
     for (int patch = 0; patch < patches.count(); ++patch) {
-        const std::ptrdiff_t from = patch_nodes.items.size();
-        vertices.clear();
         for (const int face : patches.faces[patch])
-            for (int k = 0; k < 3; ++k) vertices.push_back(F(face, k));
-        sort_out_repeats(vertices, 0);
-        for (const int vertex : vertices) {
-            const auto nodes = nodes_of(W, vertex);
-            patch_nodes.items.insert(patch_nodes.items.end(), nodes.begin(), nodes.end());
-        }
-        sort_out_repeats(patch_nodes.items, from);
-        patch_nodes.end_list();
+            for (const int vertex : F.row(face)) append(patch_nodes, nodes_of(W, vertex));
+        patch_nodes.end_set();
     }
-    constexpr int width = ContactPatches::width;
-    for (int first = 0; first < patches.count(); first += width) {
-        const std::ptrdiff_t from = block_nodes.items.size();
-        for (int patch = first; patch < std::min(first + width, patches.count()); ++patch) {
-            const auto nodes = patch_nodes[patch];
-            block_nodes.items.insert(block_nodes.items.end(), nodes.begin(), nodes.end());
-        }
-        sort_out_repeats(block_nodes.items, from);
-        block_nodes.end_list();
+    for (int patch = 0; patch < patches.count(); ++patch) {
+        append(block_nodes, patch_nodes[patch]);
+        if ((patch + 1) % ContactPatches::width == 0 || patch + 1 == patches.count()) block_nodes.end_set();
     }
     std::vector<bool> carries(W.cols(), false);
     for (const int node : std::span(W.innerIndexPtr(), W.nonZeros())) carries[node] = true;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -21,13 +22,19 @@ struct IndexLists {
     }
     /// Ends the list that items were appended to.
     void end_list() { begin.push_back(items.size()); }
+    /// Likewise, and sorts it and removes what repeats.
+    void end_set() {
+        const auto first = items.begin() + begin.back();
+        std::sort(first, items.end());
+        items.erase(std::unique(first, items.end()), items.end());
+        end_list();
+    }
 };
 
 /// Compact parts of a surface: the leaves of a wide tree, at most sixteen faces each. A patch owns the
 /// vertices and edges whose owner is among its faces, see SurfaceTopology, so each belongs to one patch.
 struct ContactPatches {
     static constexpr int width = tree_width;
-    static constexpr int max_edges = 3 * width;
 
     IndexLists faces, vertices, edges;  // of each patch; some patches have none
     std::vector<int> of_face;           // [m] patch of each face

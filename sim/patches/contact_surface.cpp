@@ -72,11 +72,6 @@ const Vertices& ContactSurface::x_float() {
     return x_float_;
 }
 
-Box ContactSurface::face_box(int face) const noexcept {
-    return bounding_box({x(shape_->F(face, 0)).cast<float>(), x(shape_->F(face, 1)).cast<float>(),
-                         x(shape_->F(face, 2)).cast<float>()});
-}
-
 Eigen::Vector3d ContactSurface::feature_normal(int face, const Eigen::Vector3d& barycentric) const noexcept {
     compute_face(face);
     int corner = 0;

@@ -44,8 +44,6 @@ class ContactSurface {
     void compute(std::span<const int> vertices) const;
     /// Positions of all vertices, [n, 3], on the threads of the caller's TBB arena.
     const Nodes& positions() const;
-    /// Box of a face, of positions in single precision.
-    Box face_box(int face) const noexcept;
     /// Outward normal at a point of a face, see the function of this name.
     Eigen::Vector3d feature_normal(int face, const Eigen::Vector3d& barycentric) const noexcept;
     Eigen::Vector3d edge_normal(int edge) const noexcept;

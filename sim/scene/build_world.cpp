@@ -4,15 +4,17 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "collision/base/notice.hpp"
+#include "collision/geometry/far_origin.hpp"
 #include "meshing/formats/read_surface.hpp"
 #include "meshing/surface/solid_boundary.hpp"
-#include "sim/scene/local_scene.hpp"
 #include "sim/world/hang_on_body.hpp"
 
 namespace nbd {
@@ -23,11 +25,9 @@ Nodes placed(const Nodes& X, const Placement& placement) {
            placement.translate.transpose();
 }
 
-bool contains(const BoxRegion& box, const Eigen::Vector3d& p) {
-    return (p.array() >= box.min.array()).all() && (p.array() <= box.max.array()).all();
-}
-
-bool contains(const BallRegion& ball, const Eigen::Vector3d& p) {
+bool contains(const Region& region, const Eigen::Vector3d& p) {
+    if (const auto* box = std::get_if<Eigen::AlignedBox3d>(&region)) return box->contains(p);
+    const BallShape& ball = std::get<BallShape>(region);
     return (p - ball.centre).norm() <= ball.radius;
 }
 
@@ -79,6 +79,43 @@ void cut_out(BodyMaterials& materials, const SceneMaterialRegion& change, Materi
         {.name = "scene: " + change.key, .material = material, .tets = std::move(tets)});
 }
 
+/// Where the origin of a body lies once it is placed, less the placement's own translation.
+Eigen::Vector3d placed_origin(const Body& body, const Placement& placement) {
+    return placement.scale * (placement.rotation() * body.origin);
+}
+
+Eigen::Vector3d origin_of(const SceneSpec& spec, std::span<const LoadedBody> bodies) {
+    Eigen::AlignedBox3d box;
+    double edge = std::numeric_limits<double>::infinity();
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+        if (!bodies[b].body) continue;
+        const Body& body = *bodies[b].body;
+        const Placement& placement = spec.bodies[b].placement;
+        const Eigen::Matrix3d A = placement.scale * placement.rotation();
+        const Eigen::Vector3d t = placed_origin(body, placement) + placement.translate;
+        const Nodes& X = body.surface.X;
+        for (Eigen::Index v = 0; v < X.rows(); ++v) box.extend(A * X.row(v).transpose() + t);
+        edge = std::min(edge, placement.scale * mean_edge(X, body.surface.F));
+    }
+    return far_origin(box, edge);
+}
+
+void move(Region& region, const Eigen::Vector3d& by) {
+    if (auto* box = std::get_if<Eigen::AlignedBox3d>(&region))
+        box->translate(by);
+    else
+        std::get<BallShape>(region).centre += by;
+}
+
+void move(SceneObstacle& obstacle, const Eigen::Vector3d& by) {
+    if (auto* plane = std::get_if<PlaneShape>(&obstacle.obstacle.shape))
+        plane->point += by;
+    else if (auto* ball = std::get_if<BallShape>(&obstacle.obstacle.shape))
+        ball->centre += by;
+    else
+        obstacle.placement.translate += by;
+}
+
 /// Calls act(), and puts the body's place in the scene before the message of what it throws.
 template <class Act>
 void naming_body(const SceneSpec& spec, std::size_t b, const Act& act) {
@@ -94,8 +131,7 @@ void naming_body(const SceneSpec& spec, std::size_t b, const Act& act) {
 std::vector<int> nodes_in(const Region& region, NodesRef x) {
     std::vector<int> nodes;
     for (int i = 0; i < x.rows(); ++i)
-        if (std::visit([&](const auto& shape) { return contains(shape, x.row(i).transpose()); }, region))
-            nodes.push_back(i);
+        if (contains(region, x.row(i).transpose())) nodes.push_back(i);
     return nodes;
 }
 
@@ -141,8 +177,7 @@ std::shared_ptr<const ElasticBody> scene_elastic(const SceneBody& spec, const Lo
                                                  const BodyMaterials& materials) {
     TetMesh tets = loaded.body->tets;
     tets.X *= spec.placement.scale;
-    return std::make_shared<const ElasticBody>(std::move(tets), materials.material, MassKind::lumped,
-                                               materials.regions);
+    return std::make_shared<const ElasticBody>(std::move(tets), materials.material, materials.regions);
 }
 
 WorldBody make_world_body(const SceneBody& spec, const LoadedBody& loaded,
@@ -184,6 +219,28 @@ void make_trees(const SceneSpec& spec, std::span<LoadedBody> bodies) {
             bodies[b].tree = same < b ? bodies[same].tree : scene_tree(spec.bodies[b], loaded[b]);
         });
     }
+}
+
+SceneSpec local_scene(SceneSpec spec, std::span<const LoadedBody> bodies,
+                      std::optional<Eigen::Vector3d> wanted) {
+    if (spec.origin) return spec;
+    const Eigen::Vector3d origin = wanted ? *wanted : origin_of(spec, bodies);
+    spec.origin = origin;
+    for (std::size_t b = 0; b < bodies.size(); ++b)
+        if (const Body* body = bodies[b].body.get(); body && !body->origin.isZero(0))
+            spec.bodies[b].placement.translate += placed_origin(*body, spec.bodies[b].placement);
+    if (origin.isZero(0)) return spec;
+    for (SceneBody& body : spec.bodies) {
+        body.placement.translate -= origin;
+        for (SceneMaterialRegion& region : body.regions)
+            if (region.group.empty()) move(region.where, -origin);
+        for (SceneGrip& grip : body.grips) {
+            move(grip.region, -origin);
+            grip.motion.centre -= origin;
+        }
+    }
+    for (SceneObstacle& obstacle : spec.obstacles) move(obstacle, -origin);
+    return spec;
 }
 
 World build_world(const SceneSpec& given, std::span<const LoadedBody> bodies, std::vector<StartMove>* moves) {

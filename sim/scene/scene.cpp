@@ -48,9 +48,10 @@ BallShape read_ball(JsonObject from) {
     return ball;
 }
 
-BoxRegion read_box(JsonObject from) {
-    BoxRegion box{from.vector("min", Eigen::Vector3d::Zero()), from.vector("max", Eigen::Vector3d::Zero())};
-    if (from.need("min") && from.need("max") && (box.min.array() > box.max.array()).any())
+Eigen::AlignedBox3d read_box(JsonObject from) {
+    const Eigen::AlignedBox3d box(from.vector("min", Eigen::Vector3d::Zero()),
+                                  from.vector("max", Eigen::Vector3d::Zero()));
+    if (from.need("min") && from.need("max") && box.isEmpty())
         from.problem("max", "must not be below \"min\"");
     from.finish();
     return box;
@@ -60,10 +61,7 @@ Region read_region(JsonObject from) {
     const std::string kind = from.need_one({"box", "sphere"});
     Region region;
     if (kind == "box") region = read_box(from.object("box"));
-    if (kind == "sphere") {
-        const BallShape ball = read_ball(from.object("sphere"));
-        region = BallRegion{ball.centre, ball.radius};
-    }
+    if (kind == "sphere") region = read_ball(from.object("sphere"));
     from.finish();
     return region;
 }

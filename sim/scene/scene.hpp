@@ -1,6 +1,6 @@
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -15,6 +15,7 @@
 #include "meshing/surface/subdivide.hpp"
 #include "meshing/tets/tetrahedralize.hpp"
 #include "sim/json/json_object.hpp"
+#include "sim/obstacles/obstacle.hpp"
 #include "sim/world/world.hpp"
 
 namespace nbd {
@@ -30,14 +31,7 @@ struct Placement {
 };
 
 /// A box or ball in world coordinates at time 0.
-struct BoxRegion {
-    Eigen::Vector3d min, max;
-};
-struct BallRegion {
-    Eigen::Vector3d centre;
-    double radius;
-};
-using Region = std::variant<BoxRegion, BallRegion>;
+using Region = std::variant<Eigen::AlignedBox3d, BallShape>;
 
 struct SceneGrip {
     std::string key;  // "pins[1]", for messages
@@ -157,6 +151,12 @@ std::shared_ptr<const CollisionTree> scene_tree(const SceneBody& spec, const Loa
 /// Gives each body the tree that scene_tree() makes for it, so that several worlds of the scene share them.
 /// Bodies of the same data share one. Throws like scene_tree().
 void make_trees(const SceneSpec& spec, std::span<LoadedBody> bodies);
+
+/// The scene with all its positions counted from an origin: zero, unless its bodies lie so far away that
+/// float32 would be too coarse for them, see far_origin(). SceneSpec::origin tells it; a scene that has one
+/// is returned as it is. bodies: one per spec.bodies. wanted: the origin, where it is known.
+SceneSpec local_scene(SceneSpec spec, std::span<const LoadedBody> bodies,
+                      std::optional<Eigen::Vector3d> wanted = std::nullopt);
 
 /// Builds the world of a scene. bodies: one per spec.bodies, in that order, as loaded from their files;
 /// materials and placements of the scene are applied here, and bodies that intersect are moved apart if the

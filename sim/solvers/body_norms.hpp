@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "meshing/parallel/parallel_for.hpp"
-#include "sim/fem/coupled_system.hpp"
+#include "sim/fem/step_system.hpp"
 
 namespace nbd {
 

@@ -16,22 +16,23 @@
 namespace nbd {
 namespace {
 
+constexpr Eigen::Index numbers_per_part = 8192;
+
 /// Calls part(begin, size) for consecutive parts of [0, size), in parallel.
 template <class Part>
 void for_parts(Eigen::Index size, const Part& part) {
-    constexpr Eigen::Index per_part = 8192;
     parallel_for(
-        static_cast<int>((size + per_part - 1) / per_part),
-        [&](int k) { part(k * per_part, std::min(per_part, size - k * per_part)); }, 1);
+        static_cast<int>((size + numbers_per_part - 1) / numbers_per_part),
+        [&](int k) { part(k * numbers_per_part, std::min(numbers_per_part, size - k * numbers_per_part)); },
+        1);
 }
 
-/// The sum of sum(begin, size) over parts of [0, size), in a fixed order.
-template <class Sum>
-double sum_parts(Eigen::Index size, const Sum& sum) {
-    constexpr Eigen::Index per_part = 8192;
-    std::vector<double> sums((size + per_part - 1) / per_part);
-    parallel_for(
-        sums.size(), [&](int k) { sums[k] = sum(k * per_part, std::min(per_part, size - k * per_part)); }, 1);
+/// Parts are summed in a fixed order.
+double dot(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+    std::vector<double> sums((a.size() + numbers_per_part - 1) / numbers_per_part);
+    for_parts(a.size(), [&](Eigen::Index begin, Eigen::Index size) {
+        sums[begin / numbers_per_part] = a.segment(begin, size).dot(b.segment(begin, size));
+    });
     return std::accumulate(sums.begin(), sums.end(), 0.0);
 }
 
@@ -43,12 +44,6 @@ int most_iterations(const LinearSolveConfig& config, const CoupledSystem& system
 }
 
 constexpr int stale_iterations = 20;  // a factorisation costs more than this many iterations
-
-double dot(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
-    return sum_parts(a.size(), [&](Eigen::Index begin, Eigen::Index size) {
-        return a.segment(begin, size).dot(b.segment(begin, size));
-    });
-}
 
 }  // namespace
 

@@ -5,14 +5,28 @@
 #include <string>
 #include <vector>
 
-#include "sim/fem/coupled_system.hpp"
+#include "sim/fem/step_system.hpp"
 #include "sim/multilevel/coupling_sum.hpp"
 #include "sim/multilevel/multilevel_cycle.hpp"
 #include "sim/solvers/body_norms.hpp"
-#include "sim/solvers/linear_solve_config.hpp"
 #include "sim/solvers/patch_factor.hpp"
 
 namespace nbd {
+
+enum class LinearSolver {
+    iterative,  // conjugate gradients; see CoupledSolver
+    direct,     // the reference: a sparse factorisation of the whole system for every solve
+};
+
+/// Settings for the linear systems of a step.
+struct LinearSolveConfig {
+    LinearSolver solver = LinearSolver::iterative;
+    // Residual of every body relative to its impulses in the step, see ContactSolver::scales(); > 0 and < 1.
+    double tolerance = 1e-5;
+    /// > 0; of systems of up to 10,000 nodes, and in proportion of larger ones. After these the system is
+    /// factorised, which costs more, the more nodes there are.
+    int max_iterations = 80;
+};
 
 struct LinearSolveReport {
     int iterations = 0;   // conjugate gradient iterations

@@ -42,26 +42,6 @@ void PatchFactor::for_each_block(const CoupledSystem& system, const CouplingSum&
         if (const int j = slot_[C.rows[columns[k]]]; j >= s) visit(j, C.blocks.block(row, k).transpose());
 }
 
-/// The lower half of the pattern: for each node of the patch its neighbours there that do not come before it.
-std::vector<std::vector<int>> PatchFactor::adjacency(const CoupledSystem& system,
-                                                     const CouplingSum& couplings) const {
-    std::vector<std::vector<int>> rows(nodes_.size());
-    for (int s = 0; s < node_count(); ++s)
-        for_each_block(system, couplings, s, [&](int j, const auto&) { rows[s].push_back(j); });
-    return rows;
-}
-
-void PatchFactor::fill(const CoupledSystem& system, const CouplingSum& couplings) {
-    std::fill(A_.valuePtr(), A_.valuePtr() + A_.nonZeros(), 0.0);
-    std::vector<int> place(nodes_.size());  // of each node in the row
-    for (int s = 0; s < node_count(); ++s) {
-        const auto columns = pattern_.neighbours(s);
-        for (std::size_t k = 0; k < columns.size(); ++k) place[columns[k]] = k;
-        for_each_block(system, couplings, s,
-                       [&](int j, const auto& block) { pattern_.block(A_, s, place[j]) += block; });
-    }
-}
-
 /// Whether the pattern has the couplings, and the nodes inside.
 bool PatchFactor::is_covered(const CouplingSum& couplings, const std::vector<char>& inside) const {
     if (is_new_ || couplings.pattern() != coupled_by_) return false;
@@ -85,7 +65,11 @@ void PatchFactor::analyze(const CoupledSystem& system, const CouplingSum& coupli
     if (nodes_.empty()) return;
     find_border(system);
     spread_.setZero(system.size());
-    BlockPattern pattern(adjacency(system, couplings));
+    // The lower half: for each node of the patch its neighbours there that do not come before it.
+    std::vector<std::vector<int>> rows(nodes_.size());
+    for (int s = 0; s < node_count(); ++s)
+        for_each_block(system, couplings, s, [&](int j, const auto&) { rows[s].push_back(j); });
+    BlockPattern pattern(std::move(rows));
     if (analyzed_ && pattern == pattern_) return;
     pattern_ = std::move(pattern);
     A_ = pattern_.zero_matrix();
@@ -115,7 +99,10 @@ bool PatchFactor::factorize(const CoupledSystem& system, const CouplingSum& coup
     is_new_ = false;
     coupled_by_ = couplings.pattern();
     if (nodes_.empty()) return true;
-    fill(system, couplings);
+    A_.coeffs().setZero();
+    for (int s = 0; s < node_count(); ++s)
+        for_each_block(system, couplings, s,
+                       [&](int j, const auto& block) { pattern_.block_at(A_, s, j) += block; });
     return cholesky_.try_factorize(A_);
 }
 

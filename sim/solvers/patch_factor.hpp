@@ -5,7 +5,7 @@
 
 #include "sim/factor/block_pattern.hpp"
 #include "sim/factor/cholesky.hpp"
-#include "sim/fem/coupled_system.hpp"
+#include "sim/fem/step_system.hpp"
 #include "sim/multilevel/coupling_sum.hpp"
 
 namespace nbd {
@@ -55,8 +55,6 @@ class PatchFactor {
     template <class Visit>
     void for_each_block(const CoupledSystem& system, const CouplingSum& couplings, int s,
                         const Visit& visit) const;
-    std::vector<std::vector<int>> adjacency(const CoupledSystem& system, const CouplingSum& couplings) const;
-    void fill(const CoupledSystem& system, const CouplingSum& couplings);
     void find_border(const CoupledSystem& system);
     void solve(const Eigen::VectorXd& r);
 

@@ -8,7 +8,7 @@
 
 #include "collision/base/stop.hpp"
 #include "collision/base/stopwatch.hpp"
-#include "sim/fem/step_potential.hpp"
+#include "sim/fem/step_system.hpp"
 #include "sim/world/world.hpp"
 
 namespace nbd {
@@ -162,9 +162,8 @@ double World::imbalance(int b, double dt, const Eigen::VectorXd& v, const Eigen:
     const Eigen::VectorXd& masses = body.elastic->node_masses();
     const Nodes residual = body_part(b, barrier_solver_.residual()), contact = body_part(b, contact_impulses);
     const Nodes v_of_body = body_part(b, v);
-    Nodes inertia(v_of_body.rows(), 3), drag(v_of_body.rows(), 3);
-    body.elastic->mass_product(v_of_body - body.state.v, inertia);
-    body.elastic->mass_product(dt * body.elastic->material().rayleigh_mass * v_of_body, drag);
+    const Nodes inertia = masses.asDiagonal() * (v_of_body - body.state.v),
+                drag = masses.asDiagonal() * (dt * body.elastic->material().rayleigh_mass * v_of_body);
     const double size =
         std::max(body.state.x.cwiseAbs().maxCoeff(), (body.state.x + dt * v_of_body).cwiseAbs().maxCoeff());
     double missing = 0, of_loads = 0, of_elasticity = 0, of_contacts = 0, noise = 0;  // squared norms

@@ -7,7 +7,7 @@
 
 #include "collision/base/stop.hpp"
 #include "collision/base/stopwatch.hpp"
-#include "sim/fem/step_potential.hpp"
+#include "sim/fem/step_system.hpp"
 #include "sim/world/world.hpp"
 
 namespace nbd {

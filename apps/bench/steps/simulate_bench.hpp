@@ -7,7 +7,7 @@
 
 #include "apps/cli/output.hpp"
 #include "meshing/body/body.hpp"
-#include "sim/solvers/linear_solve_config.hpp"
+#include "sim/solvers/coupled_solver.hpp"
 
 namespace nbd {
 

@@ -20,8 +20,8 @@
 #include "apps/python/bindings/typed.hpp"
 #include "collision/base/notice.hpp"
 #include "meshing/body/body.hpp"
-#include "sim/scene/body_warnings.hpp"
 #include "sim/scene/scene.hpp"
+#include "sim/scene/scene_check.hpp"
 #include "sim/world/start_check.hpp"
 #include "sim/world/world.hpp"
 

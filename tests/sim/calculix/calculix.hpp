@@ -18,7 +18,7 @@ struct Comparison {
     double difference = 0;  // relative
 };
 
-/// The lowest elastic frequencies of the free body with both kinds of mass, Hz.
+/// The lowest elastic frequencies of the free body, Hz.
 std::vector<Comparison> compare_frequencies(const Body& body, int count = 20);
 
 /// Small displacements of the body clamped at one end of its longest side, in metres: under its weight across

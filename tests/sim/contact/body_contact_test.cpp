@@ -14,6 +14,7 @@
 #include "collision/base/counter_random.hpp"
 #include "collision/geometry/closest_points.hpp"
 #include "sim/contact/nearest_face.hpp"
+#include "tests/sim/contact/find_contacts.hpp"
 #include "tests/support/box_body.hpp"
 
 namespace nbd {
@@ -31,19 +32,9 @@ class SunkCube : public testing::Test {
     /// Depth of the deepest vertex of the small cube in contact, metres; 0 if none is below the surface.
     double deepest(double depth, double moved) {
         cube.update(cube_body_.tets.X.rowwise() + Eigen::RowVector3d(0.3, 0.2, 0.1 - depth));
-        std::vector<PatchPair> all;
-        for (int a = 0; a < cube.patches().count(); ++a)
-            for (int b = 0; b < ground.patches().count(); ++b) all.push_back({a, b});
-        PosedPatches posed_cube, posed_ground;
-        const Nodes v = Nodes::Zero(cube_body_.tets.X.rows(), 3),
-                    w = Nodes::Zero(ground_body_.tets.X.rows(), 3);
-        posed_cube.begin(cube, Eigen::Vector3d::Zero(), v, 0.005);
-        posed_ground.begin(ground, Eigen::Vector3d::Zero(), w, 0.005);
-        std::vector<Contact> contacts;
-        finder.find(posed_cube, posed_ground, all, {.apart = 0.01, .inside = 0.08}, ContactDetail::all, moved,
-                    contacts);
+        const test::ContactSearch search{.reach = {.apart = 0.01, .inside = 0.08}, .moved = moved};
         double deepest = 0;
-        for (const Contact& contact : contacts)
+        for (const Contact& contact : test::find_contacts(finder, cube, ground, search))
             if (contact.a.body == 0 && contact.a.count == 1) deepest = std::max(deepest, -contact.gap);
         return deepest;
     }
@@ -106,24 +97,11 @@ class CrumpledBoxes : public testing::Test {
         return build_wide_tree(order, body_.surface.F, body_.W.rows());
     }
 
-    /// The contacts of a first find(), from all pairs of patches.
-    /// v: velocity of b, m/s, in a step of 0.005 s. measured: out, what find() returns.
-    std::vector<Contact> contacts(const ContactSurface& a, const ContactSurface& b, const ContactReach& reach,
-                                  const Eigen::RowVector3d& v = Eigen::RowVector3d::Zero(),
-                                  ContactDetail detail = ContactDetail::all, long* measured = nullptr) const {
-        const Nodes v_a = Nodes::Zero(body_.tets.X.rows(), 3), v_b = v_a.rowwise() + v;
-        std::vector<PatchPair> all;
-        for (int i = 0; i < a.patches().count(); ++i)
-            for (int j = 0; j < b.patches().count(); ++j)
-                if (!a.patches().faces[i].empty() && !b.patches().faces[j].empty()) all.push_back({i, j});
-        PosedPatches posed_a, posed_b;
-        posed_a.begin(a, Eigen::Vector3d(0, 0, 0.15), v_a, 0.005);
-        posed_b.begin(b, Eigen::Vector3d(0, 0, 0.15), v_b, 0.005);
-        std::vector<Contact> contacts;
-        const long pairs = BodyContactFinder(0, 1).find(posed_a, posed_b, all, reach, detail,
-                                                        std::numeric_limits<double>::infinity(), contacts);
-        if (measured) *measured = pairs;
-        return contacts;
+    /// The contacts of a first search.
+    static std::vector<Contact> contacts(const ContactSurface& a, const ContactSurface& b,
+                                         const test::ContactSearch& search, long* measured = nullptr) {
+        BodyContactFinder finder(0, 1);
+        return test::find_contacts(finder, a, b, search, measured);
     }
 
     /// Signed distance of a point, from all faces.
@@ -165,8 +143,7 @@ TEST_F(CrumpledBoxes, HaveFewerPairsMeasuredThanAreNear) {
     const ContactReach reach{.apart = 0.03, .inside = 0.04};
     const ContactSurface a = crumpled(3, {0, 0, 0}), b = crumpled(103, {0.1, 0.05, 0.3});
     long measured = 0;
-    const std::size_t found =
-        contacts(a, b, reach, Eigen::RowVector3d::Zero(), ContactDetail::all, &measured).size();
+    const std::size_t found = contacts(a, b, {.reach = reach}, &measured).size();
     EXPECT_GT(found, 50u);
     EXPECT_GE(measured, long(found));
     EXPECT_LE(measured, near_features(a, b, reach.most()));
@@ -179,7 +156,7 @@ TEST_F(CrumpledBoxes, HaveEveryContactOfAVertexThatAllFacesGive) {
         const ContactSurface surfaces[] = {crumpled(seed, {0, 0, 0}),
                                            crumpled(seed + 100, {0.1, 0.05, 0.29 + 0.01 * double(seed)})};
         std::map<int, double> found[2];
-        for (const Contact& contact : contacts(surfaces[0], surfaces[1], reach))
+        for (const Contact& contact : contacts(surfaces[0], surfaces[1], {.reach = reach}))
             if (contact.a.count == 1) found[contact.a.body][contact.a.vertices[0]] = contact.gap;
         for (std::size_t body = 0; body < 2; ++body)
             for (int v = 0; v < surfaces[body].vertex_count(); ++v) {
@@ -201,7 +178,7 @@ TEST_F(CrumpledBoxes, ReachAsFarAsTheyMove) {
     const ContactReach still{.apart = 0.01, .inside = 0.01}, far{.apart = 0.03, .inside = 0.03},
         moving{.apart = 0.01, .inside = 0.01, .approach = 0.025};
     const auto count = [&](const ContactReach& reach, double v) {
-        return contacts(a, b, reach, {0, 0, v}).size();
+        return contacts(a, b, {.reach = reach, .velocity = {0, 0, v}}).size();
     };
     EXPECT_LT(count(still, -4), count(far, 0));
     EXPECT_EQ(count(moving, 0), count(still, 0));
@@ -213,8 +190,7 @@ TEST_F(CrumpledBoxes, ReachAsFarAsTheyMove) {
 TEST_F(CrumpledBoxes, LeaveShortEdgesToTheirVertices) {
     const ContactSurface a = crumpled(1, {0, 0, 0}), b = crumpled(101, {0.1, 0.05, 0.33});
     const auto edges = [&](double apart, ContactDetail detail) {
-        const auto found =
-            contacts(a, b, {.apart = apart, .inside = apart}, Eigen::RowVector3d::Zero(), detail);
+        const auto found = contacts(a, b, {.reach = {.apart = apart, .inside = apart}, .detail = detail});
         return std::ranges::count(found, 2, [](const Contact& contact) { return contact.a.count; });
     };
     EXPECT_GT(edges(0.06, ContactDetail::all), 10);
@@ -232,7 +208,7 @@ TEST_F(CrumpledBoxes, HaveContactsThatDoNotDependOnThePatches) {
             const ContactSurface a = crumpled(1, {0, 0, 0}, tree), b = crumpled(101, {0.1, 0.05, 0.33}, tree);
             std::vector<std::tuple<int, std::array<int, 3>, std::array<int, 3>, double>> all;
             for (const Contact& c :
-                 contacts(a, b, {.apart = apart, .inside = apart}, Eigen::RowVector3d::Zero(), detail))
+                 contacts(a, b, {.reach = {.apart = apart, .inside = apart}, .detail = detail}))
                 all.emplace_back(c.a.count, c.a.vertices, c.b.vertices, c.gap);
             std::ranges::sort(all);
             return all;
@@ -254,7 +230,7 @@ TEST_F(CrumpledBoxes, HaveContactsOfEdgesThatPointFromOneEdgeToTheOther) {
     for (std::uint64_t seed = 0; seed < 6; ++seed) {
         const ContactSurface a = crumpled(seed, {0, 0, 0}),
                              b = crumpled(seed + 100, {0.1, 0.05, seed < 3 ? 0.33 : 0.27});
-        for (const Contact& contact : contacts(a, b, reach)) {
+        for (const Contact& contact : contacts(a, b, {.reach = reach})) {
             if (contact.a.count != 2) continue;
             const auto place = [](const SurfacePoint& point, const ContactSurface& surface) {
                 return Eigen::Vector3d(point.weights[0] * surface.x(point.vertices[0]) +
@@ -276,7 +252,7 @@ TEST_F(CrumpledBoxes, HaveEveryContactOfEdgesThatAreNoFartherApartThanTheyAreLon
     for (std::uint64_t seed = 0; seed < 3; ++seed) {
         const ContactSurface a = crumpled(seed, {0, 0, 0}), b = crumpled(seed + 100, {0.1, 0.05, 0.33});
         std::set<std::pair<std::pair<int, int>, std::pair<int, int>>> found, expected;
-        for (const Contact& contact : contacts(a, b, reach))
+        for (const Contact& contact : contacts(a, b, {.reach = reach}))
             if (contact.a.count == 2 && contact.gap > 0)
                 found.insert({{contact.a.vertices[0], contact.a.vertices[1]},
                               {contact.b.vertices[0], contact.b.vertices[1]}});

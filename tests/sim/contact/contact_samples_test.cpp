@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <memory>
 #include <utility>
@@ -13,6 +12,7 @@
 #include "sim/contact/body_contact.hpp"
 #include "sim/contact/contact_reduction.hpp"
 #include "sim/patches/contact_shape.hpp"
+#include "tests/sim/contact/find_contacts.hpp"
 #include "tests/support/box_body.hpp"
 
 namespace nbd {
@@ -88,22 +88,14 @@ TEST(ContactSamples, AreListedByThePatchesThatOwnThem) {
 TEST(ContactSamples, PressAsHardAsAllVertices) {
     const Body body = fine_box(4);
     const auto shape = std::make_shared<const ContactShape>(body.W, body.surface.F, body.tets.X);
-    const Nodes still = Nodes::Zero(body.tets.X.rows(), 3);
     constexpr double thickness = 0.02;
     Nodes above = body.tets.X.rowwise() + Eigen::RowVector3d(0.05, 0.02, 0.308);
     above.col(2) += 0.01 * above.col(0);
     const ContactSurface lower(shape, body.tets.X), upper(shape, above);
-    std::vector<PatchPair> pairs;
-    for (int i = 0; i < shape->patches.count(); ++i)
-        for (int j = 0; j < shape->patches.count(); ++j)
-            if (!shape->patches.faces[i].empty() && !shape->patches.faces[j].empty()) pairs.push_back({i, j});
     const auto press = [&](ContactDetail detail, std::ptrdiff_t& vertices) {
-        PosedPatches a, b;
-        a.begin(lower, Eigen::Vector3d(0, 0, 0.15), still, 0.005);
-        b.begin(upper, Eigen::Vector3d(0, 0, 0.15), still, 0.005);
-        std::vector<Contact> contacts;
-        BodyContactFinder(0, 1).find(a, b, pairs, {.apart = thickness, .inside = thickness}, detail,
-                                     std::numeric_limits<double>::infinity(), contacts);
+        BodyContactFinder finder(0, 1);
+        const std::vector<Contact> contacts = test::find_contacts(
+            finder, lower, upper, {.reach = {.apart = thickness, .inside = thickness}, .detail = detail});
         double sum = 0;
         vertices = 0;
         for (const Contact& contact : contacts) {

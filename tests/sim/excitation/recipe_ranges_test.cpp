@@ -10,7 +10,6 @@
 #include <set>
 
 #include "sim/excitation/recipe.hpp"
-#include "sim/excitation/thickness.hpp"
 #include "tests/support/box_body.hpp"
 #include "tests/support/error_of.hpp"
 

@@ -13,6 +13,7 @@
 #include "sim/factor/lane_blocks.hpp"
 #include "sim/factor/sweep_matrix.hpp"
 #include "sim/fem/elastic_body.hpp"
+#include "tests/sim/support/matrices.hpp"
 #include "tests/support/box_mesh.hpp"
 #include "tests/support/error_of.hpp"
 
@@ -26,11 +27,7 @@ class CholeskyOfABar : public ::testing::Test {
         A = matrix(1e-4);
         b = Eigen::VectorXd::LinSpaced(body.unknown_count(), -1, 2);
     }
-    SparseMatrix matrix(double stiffness) const {
-        StepMatrix result = body.zero_matrix();
-        body.combine(1, stiffness, pose, result);
-        return result.to_sparse();
-    }
+    SparseMatrix matrix(double stiffness) const { return test::combined(body, 1, stiffness, pose); }
     ElasticBody body;
     ElementPose pose;
     ElementForces forces;
@@ -55,7 +52,6 @@ TEST_F(CholeskyOfABar, SolvesForDifferentValuesOfOnePattern) {
         cholesky.solve(in_place, in_place);
         EXPECT_EQ(in_place, x);
     }
-    EXPECT_GT(cholesky.factor_entries(), A.nonZeros() / 2);
 }
 
 TEST_F(CholeskyOfABar, ReportsAnIndefiniteMatrixAndRecovers) {
@@ -87,22 +83,7 @@ TEST(Blas, WarnsInOneLineUnlessAFastLibraryIsLoaded) {
     EXPECT_EQ(info.warning.find('\n'), std::string::npos);
 }
 
-struct Pattern {
-    std::vector<int> offset{0}, column;
-
-    Pattern() {
-        const ElasticBody body(test::box_mesh({3, 1, 1}, {12, 4, 4}), Material{});
-        for (int i = 0; i < body.node_count(); ++i) {
-            const auto row = body.pattern().neighbours(i);
-            column.insert(column.end(), row.begin(), row.end());
-            offset.push_back(column.size());
-        }
-    }
-    int rows() const { return static_cast<int>(offset.size()) - 1; }
-    std::span<const int> columns_of(int i) const {
-        return std::span(column).subspan(offset[i], offset[i + 1] - offset[i]);
-    }
-};
+const RowLists pattern = ElasticBody(test::box_mesh({3, 1, 1}, {12, 4, 4}), Material{}).pattern().lists();
 
 /// The turn of each row in a sweep.
 std::vector<int> turns(const SweepOrder& order) {
@@ -115,8 +96,7 @@ std::vector<int> turns(const SweepOrder& order) {
 }
 
 TEST(SweepOrder, HasEveryRowOnce) {
-    const Pattern pattern;
-    const SweepOrder order(pattern.offset, pattern.column, 16);
+    const SweepOrder order(pattern, 16);
     std::vector<int> turn = turns(order);
     std::ranges::sort(turn);
     std::vector<int> all(pattern.rows());
@@ -125,8 +105,7 @@ TEST(SweepOrder, HasEveryRowOnce) {
 }
 
 TEST(SweepOrder, PartsOfAColourAreNotCoupled) {
-    const Pattern pattern;
-    const SweepOrder order(pattern.offset, pattern.column, 16);
+    const SweepOrder order(pattern, 16);
     ASSERT_GT(order.colours.size(), 1U);
     ASSERT_TRUE(std::ranges::any_of(order.colours, [](const auto& parts) { return parts.size() > 1; }));
     for (const auto& colour : order.colours)
@@ -138,8 +117,7 @@ TEST(SweepOrder, PartsOfAColourAreNotCoupled) {
 }
 
 TEST(SweepOrder, SplitsTheColumnsOfARowByTheirTurn) {
-    const Pattern pattern;
-    const SweepOrder order(pattern.offset, pattern.column, 16);
+    const SweepOrder order(pattern, 16);
     const std::vector<int> turn = turns(order);
     EXPECT_EQ(order.column.size(), pattern.column.size() - static_cast<std::size_t>(pattern.rows()));
     for (int row = 0; row < pattern.rows(); ++row) {
@@ -237,20 +215,18 @@ TEST(ScaledBlocks, BecomeNaNIfANumberIsNotFinite) {
 
 /// Rows of a symmetric matrix of 16-bit blocks, before and after the diagonal, against the dense one.
 TEST(SweepMatrix, MultipliesRowsOfScaledBlocks) {
-    const std::array<int, 4> offset{0, 2, 5, 7};
-    const std::array<int, 7> column{0, 1, 0, 1, 2, 1, 2};
-    const auto order = std::make_shared<const SweepOrder>(offset, column, 2);
+    const RowLists lists{{0, 2, 5, 7}, {0, 1, 0, 1, 2, 1, 2}};
+    const auto order = std::make_shared<const SweepOrder>(lists, 2);
     SweepMatrix<ScaledBlocks<6, 6>> A(order);
     Eigen::MatrixXd lower = Eigen::MatrixXd::Zero(18, 18), upper = lower;
     for (int i = 0; i < 3; ++i)
-        for (int k = offset[i]; k < offset[i + 1]; ++k) {
-            const int j = column[k];
+        for (int k = 0; k < std::ssize(lists.columns_of(i)); ++k) {
+            const int j = lists.columns_of(i)[k];
             if (j == i) continue;
             const Eigen::Matrix<double, 6, 6> given =
                 some_block<6, 6>(2) + 0.1 * (i + j) * some_block<6, 6>(2);
-            const std::size_t place = k - offset[i];
-            A.set(i, place, j < i ? Eigen::Matrix<double, 6, 6>(given.transpose()) : given);
-            (j < i ? lower : upper).block<6, 6>(6 * i, 6 * j) = A.block(i, place).cast<double>();
+            A.set(i, k, j < i ? Eigen::Matrix<double, 6, 6>(given.transpose()) : given);
+            (j < i ? lower : upper).block<6, 6>(6 * i, 6 * j) = A.block(i, k).cast<double>();
         }
     EXPECT_EQ((lower - upper.transpose()).norm(), 0);
     const Eigen::VectorXf x = Eigen::VectorXf::LinSpaced(18, -1, 2);

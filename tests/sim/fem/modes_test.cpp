@@ -19,27 +19,25 @@ namespace {
 
 // The box is symmetric in its three axes, so it has multiple eigenvalues.
 TEST(Modes, AgreeWithADenseSolverEvenForMultipleEigenvalues) {
-    for (const MassKind kind : {MassKind::lumped, MassKind::consistent}) {
-        const ElasticBody body(test::box_mesh({1, 1, 1}, {3, 3, 3}), Material{}, kind);
-        const Eigen::MatrixXd K = body.rest_stiffness(), M = body.mass_matrix();
-        const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> dense(K, M);
-        const int count = 40;
-        const Modes modes = vibration_modes(body, {.count = count});
-        ASSERT_EQ(modes.basis.count(), count);
-        ASSERT_EQ(modes.basis.frequencies.size(), count);
-        int multiple = 0;
-        for (int c = 0; c < count; ++c) {
-            const double expected = std::sqrt(dense.eigenvalues()[c + 6]) / (2 * std::numbers::pi);
-            EXPECT_NEAR(modes.basis.frequencies[c], expected, 1e-9 * expected) << c;
-            multiple += c > 0 && modes.basis.frequencies[c] < modes.basis.frequencies[c - 1] * (1 + 1e-9);
-        }
-        EXPECT_GT(multiple, 5);
-        EXPECT_LT(modes.report.max_residual, 1e-8);
-        EXPECT_LT(modes.report.orthonormality, 1e-10);
-        EXPECT_LT(modes.report.rigid_residual, 1e-6);
-        EXPECT_GT(modes.report.gap, 1e6);
-        EXPECT_LT(modes.report.max_rigid_hz, 1e-3 * modes.basis.frequencies[0]);
+    const ElasticBody body(test::box_mesh({1, 1, 1}, {3, 3, 3}), Material{});
+    const Eigen::MatrixXd K = body.rest_stiffness(), M = body.mass_matrix();
+    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> dense(K, M);
+    const int count = 40;
+    const Modes modes = vibration_modes(body, {.count = count});
+    ASSERT_EQ(modes.basis.count(), count);
+    ASSERT_EQ(modes.basis.frequencies.size(), count);
+    int multiple = 0;
+    for (int c = 0; c < count; ++c) {
+        const double expected = std::sqrt(dense.eigenvalues()[c + 6]) / (2 * std::numbers::pi);
+        EXPECT_NEAR(modes.basis.frequencies[c], expected, 1e-9 * expected) << c;
+        multiple += c > 0 && modes.basis.frequencies[c] < modes.basis.frequencies[c - 1] * (1 + 1e-9);
     }
+    EXPECT_GT(multiple, 5);
+    EXPECT_LT(modes.report.max_residual, 1e-8);
+    EXPECT_LT(modes.report.orthonormality, 1e-10);
+    EXPECT_LT(modes.report.rigid_residual, 1e-6);
+    EXPECT_GT(modes.report.gap, 1e6);
+    EXPECT_LT(modes.report.max_rigid_hz, 1e-3 * modes.basis.frequencies[0]);
 }
 
 TEST(Modes, AreMassOrthonormalAscendingAndHaveAFixedSign) {

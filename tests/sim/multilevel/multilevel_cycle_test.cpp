@@ -83,39 +83,39 @@ class MultilevelCycleOf : public ::testing::TestWithParam<std::pair<int, int>> {
     const Scene scene{GetParam().first, GetParam().second};
 };
 
-TEST_P(MultilevelCycleOf, IsSymmetricAndPositive) {
-    for (const bool acts : {false, true}) {
-        CoupledCycle coupled(scene, acts);
-        const Eigen::VectorXf a = irregular(scene.system().size(), 0.3), b = irregular(a.size(), 1.7);
-        Eigen::VectorXf Ga(a.size()), Gb(a.size());
-        coupled.cycle.apply(a, Ga);
-        coupled.cycle.apply(b, Gb);
-        const double scale = Ga.norm() * b.norm();
-        EXPECT_NEAR(Ga.cast<double>().dot(b.cast<double>()), Gb.cast<double>().dot(a.cast<double>()),
-                    1e-4 * scale);
-        EXPECT_GT(Ga.cast<double>().dot(a.cast<double>()), 0);
-        EXPECT_GT(Gb.cast<double>().dot(b.cast<double>()), 0);
-    }
+/// As a matrix G, it has a . G b = b . G a and a . G a > 0.
+void expect_symmetric_and_positive(MultilevelCycle& cycle, Eigen::Index size) {
+    const Eigen::VectorXf a = irregular(size, 0.3), b = irregular(size, 1.7);
+    Eigen::VectorXf Ga(size), Gb(size);
+    cycle.apply(a, Ga);
+    cycle.apply(b, Gb);
+    const auto dot = [](const Eigen::VectorXf& u, const Eigen::VectorXf& v) {
+        return u.cast<double>().dot(v.cast<double>());
+    };
+    EXPECT_NEAR(dot(Ga, b), dot(Gb, a), 1e-4 * Ga.norm() * b.norm());
+    EXPECT_GT(dot(Ga, a), 0);
+    EXPECT_GT(dot(Gb, b), 0);
 }
 
-/// r - A z.
-Eigen::VectorXf residual_of(const Scene& scene, const Eigen::VectorXf& r, const Eigen::VectorXf& z) {
+/// What it leaves is r - A z, with the couplings as they are in the scene.
+void expect_residual_of_its_result(MultilevelCycle& cycle, const Scene& scene) {
+    const Eigen::VectorXf r = irregular(scene.system().size(), 0.5);
+    Eigen::VectorXf z(r.size()), residual(r.size());
+    cycle.apply(r, z);
+    cycle.take_residual(residual);
     Eigen::VectorXd product(r.size());
     scene.system().multiply(z.cast<double>(), product);
-    return (r.cast<double>() - product).cast<float>();
+    EXPECT_LT((residual.cast<double>() - (r.cast<double>() - product)).norm(), 1e-5 * r.norm());
 }
 
-TEST_P(MultilevelCycleOf, LeavesTheResidualOfItsResult) {
+TEST_P(MultilevelCycleOf, IsSymmetricAndPositiveAndLeavesTheResidualOfItsResult) {
     for (const bool acts : {false, true}) {
         Scene scene = this->scene;
         CoupledCycle coupled(scene, acts);
+        expect_symmetric_and_positive(coupled.cycle, scene.system().size());
         if (!acts)
             for (Coupling& coupling : scene.couplings) coupling.A.setZero();
-        const Eigen::VectorXf r = irregular(scene.system().size(), 0.5);
-        Eigen::VectorXf z(r.size()), residual(r.size());
-        coupled.cycle.apply(r, z);
-        coupled.cycle.take_residual(residual);
-        EXPECT_LT((residual - residual_of(scene, r, z)).norm(), 1e-5 * r.norm());
+        expect_residual_of_its_result(coupled.cycle, scene);
     }
 }
 
@@ -166,14 +166,8 @@ TEST(MultilevelCycle, MayKeepCoarserLevelsOfFormerCouplings) {
     CoupledCycle coupled(scene);
     scene.couplings[3].A.setZero();
     coupled.update(scene.system());
-    const Eigen::VectorXf a = irregular(scene.system().size(), 0.3), b = irregular(a.size(), 1.7);
-    Eigen::VectorXf Ga(a.size()), Gb(a.size()), residual(a.size());
-    coupled.cycle.apply(a, Ga);
-    coupled.cycle.apply(b, Gb);
-    EXPECT_NEAR(Ga.cast<double>().dot(b.cast<double>()), Gb.cast<double>().dot(a.cast<double>()),
-                1e-4 * Ga.norm() * b.norm());
-    coupled.cycle.take_residual(residual);
-    EXPECT_LT((residual - residual_of(scene, b, Gb)).norm(), 1e-5 * b.norm());
+    expect_symmetric_and_positive(coupled.cycle, scene.system().size());
+    expect_residual_of_its_result(coupled.cycle, scene);
 }
 
 TEST(MultilevelCycle, FollowsOnceAFifthOfTheCouplingsAreOthersOrOfOtherStrength) {

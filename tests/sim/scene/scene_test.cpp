@@ -9,6 +9,7 @@
 #include <set>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "sim/json/json_object.hpp"
 #include "sim/json/nearest_name.hpp"
@@ -77,11 +78,11 @@ TEST(Scene, ReadsEveryKey) {
     EXPECT_EQ(a.regions[0].material.density, 1100);
     EXPECT_EQ(a.regions[1].group, "");
     EXPECT_EQ(a.regions[1].material.law, MaterialLaw::st_venant_kirchhoff);
-    EXPECT_EQ(std::get<BoxRegion>(a.regions[2].where).max, Eigen::Vector3d(1, 1, 1));
+    EXPECT_EQ(std::get<Eigen::AlignedBox3d>(a.regions[2].where).max(), Eigen::Vector3d(1, 1, 1));
     EXPECT_EQ(spec.step.integrator, TimeIntegrator::bdf2);
     EXPECT_EQ(spec.step.tangent, Tangent::full);
     ASSERT_EQ(a.grips.size(), 4u);  // pins first
-    EXPECT_DOUBLE_EQ(std::get<BallRegion>(a.grips[0].region).radius, 0.1);
+    EXPECT_DOUBLE_EQ(std::get<BallShape>(a.grips[0].region).radius, 0.1);
     EXPECT_NEAR(a.grips[3].motion.rotation.x(), 3.14159265, 1e-8);
     EXPECT_DOUBLE_EQ(a.grips[3].motion.release, 3);
     const SceneBody& b = spec.bodies[1];
@@ -359,27 +360,31 @@ TEST(Scene, AgreesWithThePublishedSchema) {
 const std::vector<std::string> known{"exact",  "boxes", "bd", "nbd", "velocity", "stable_neo_hookean",
                                      "--nodes"};
 
-TEST(NearestName, IsOfAWordWithOneWrongLetterInThree) {
-    EXPECT_EQ(nearest_name("boxs", known), "boxes");
-    EXPECT_EQ(nearest_name("bb", known), "bd");
-    EXPECT_EQ(nearest_name("velosityy", known), "velocity");
-    EXPECT_EQ(nearest_name("--nods", known), "--nodes");
-    EXPECT_EQ(nearest_name("neo_hookean", known), "stable_neo_hookean");
-}
-
-TEST(NearestName, KnowsWhatOthersCallOurKeys) {
+/// A word with one wrong letter in three, or the end of a name; what others call our keys; other words.
+TEST(NearestName, IsTheOneThatAWordMayMean) {
+    for (const auto& [word, name] : {std::pair("boxs", "boxes"),
+                                     {"bb", "bd"},
+                                     {"velosityy", "velocity"},
+                                     {"--nods", "--nodes"},
+                                     {"neo_hookean", "stable_neo_hookean"},
+                                     {"", ""},
+                                     {"--", ""},
+                                     {"tight", ""},
+                                     {"spheres", ""},
+                                     {"--cage", ""},
+                                     {"foo", ""},
+                                     {"zz", ""},
+                                     {"no", ""}})
+        EXPECT_EQ(nearest_name(word, known), name) << word;
     const std::vector<std::string> keys{"law", "young", "poisson", "density", "rayleigh_mass", "--density"};
-    for (const char* word : {"E", "youngs_modulus", "young_modulus"})
-        EXPECT_EQ(nearest_name(word, keys), "young");
-    EXPECT_EQ(nearest_name("nu", keys), "poisson");
-    EXPECT_EQ(nearest_name("rho", keys), "density");
-    EXPECT_EQ(nearest_name("--rho", keys), "--density");
-    EXPECT_EQ(nearest_name("mu", keys), "") << "where there is no friction";
-}
-
-TEST(NearestName, IsEmptyForAnotherWord) {
-    for (const char* word : {"", "--", "tight", "spheres", "--cage", "foo", "zz", "no"})
-        EXPECT_EQ(nearest_name(word, known), "") << word;
+    for (const auto& [word, name] : {std::pair("E", "young"),
+                                     {"youngs_modulus", "young"},
+                                     {"young_modulus", "young"},
+                                     {"nu", "poisson"},
+                                     {"rho", "density"},
+                                     {"--rho", "--density"},
+                                     {"mu", ""}})  // where there is no friction
+        EXPECT_EQ(nearest_name(word, keys), name) << word;
     EXPECT_EQ(nearest_name("word", {}), "");
 }
 

@@ -235,7 +235,7 @@ int iterations(const Eigen::Vector3i& cells, const Material& material, double st
         if (static_cast<int>(8 * test::centre(tets, t)[0]) % 4 == 3) slices.tets.push_back(t);
     std::vector<MaterialRegion> regions;
     if (stiff > 0) regions.push_back(slices);
-    const ElasticBody body(tets, material, MassKind::lumped, regions);
+    const ElasticBody body(tets, material, regions);
     BodyState state{body.rest().X, Nodes::Zero(body.node_count(), 3)};
     state.x.col(1) = state.x.col(1).array() + 0.2 * state.x.col(0).array().square();
     std::vector<StepSystem> systems;

@@ -65,8 +65,9 @@ inline double step_residual(const ElasticBody& body, const BodyState& start, con
     ElementForces forces;
     body.pose(end.x, pose, forces);
     const Nodes v = (end.x - start.x) / dt;
-    Nodes inertia(v.rows(), 3), elastic(v.rows(), 3), damping(v.rows(), 3);
-    body.mass_product((1 + dt * material.rayleigh_mass) * v - start.v, inertia);
+    Nodes elastic(v.rows(), 3), damping(v.rows(), 3);
+    const auto mass = body.node_masses().asDiagonal();
+    const Nodes inertia = mass * ((1 + dt * material.rayleigh_mass) * v - start.v);
     body.sum_forces(forces, elastic);
     const StepMotion motion{.w = v, .dt = dt, .strain_rate_at = 0.5, .damping = 1};
     body.pose(end.x, pose, forces, Tangent::rotated, &motion);
@@ -74,8 +75,7 @@ inline double step_residual(const ElasticBody& body, const BodyState& start, con
     Nodes outer = body.node_masses() * loads.gravity.transpose();
     if (loads.forces.rows() > 0) outer += loads.forces;
     Nodes off = inertia - dt * (elastic + outer - material.rayleigh_stiffness * damping);
-    Nodes momentum(v.rows(), 3);
-    body.mass_product(start.v, momentum);
+    Nodes momentum = mass * start.v;
     for (const int node : held)
         for (Nodes* part : {&off, &momentum, &elastic, &outer}) part->row(node).setZero();
     return off.norm() / (momentum.norm() + dt * (elastic.norm() + outer.norm()));

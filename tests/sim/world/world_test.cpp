@@ -115,19 +115,6 @@ TEST(World, GripsMoveTheirNodesAndReleaseThem) {
     EXPECT_LT(world.state(0).x(end(0.5).front(), 0), held - 0.01);  // springs back after the release
 }
 
-TEST(World, GivesTheSameBitsInTwoRuns) {
-    const Model box({0.6, 0.4, 0.3}, {3, 2, 2});
-    const auto end = [&] {
-        World world(WorldConfig{});
-        world.add_obstacle(floor_at(0));
-        world.add_body(box.at({0, 0, 0.16}));
-        world.add_body(box.at({0.1, 0.05, 0.5}, turned(0.3)));
-        for (int i = 0; i < 60; ++i) world.step(5e-3);
-        return world.state(1).x;
-    };
-    EXPECT_TRUE(end() == end());
-}
-
 TEST(World, ContinuesFromASnapshotWithTheSameBits) {
     const Model box({0.6, 0.4, 0.3}, {3, 2, 2}, {.young = 2e4});
     const auto build = [&] {
