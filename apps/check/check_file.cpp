@@ -61,13 +61,13 @@ class RecordingCheck {
         std::set<std::string> hashes;
         for (const std::string& name : file.children("trajectories")) {
             const std::string group = "trajectories/" + name;
-            const int id = file.int_attribute(group, "id");
+            const auto id = file.attribute<int>(group, "id");
             if (group != trajectory_group(id))
                 refuse("group '{}' has trajectory {}; allowed: the trajectory of its name", group, id);
-            hashes.insert(file.text_attribute(group, "body_sha256"));
+            hashes.insert(file.attribute<std::string>(group, "body_sha256"));
         }
         if (file.format().version > recording_format.version || hashes.empty()) return;
-        const std::string is = file.text_attribute("/", "body_sha256"),
+        const std::string is = file.attribute<std::string>("/", "body_sha256"),
                           wanted = hashes.size() == 1 ? *hashes.begin() : "several";
         if (is != wanted)
             refuse("body_sha256 of the file is {}, of its trajectories {}; allowed: the same", is, wanted);

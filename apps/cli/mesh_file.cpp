@@ -68,21 +68,33 @@ std::uint64_t of_control_groups() {
 /// control group if that is less. The largest number where neither can be read.
 std::uint64_t available_memory() { return std::min(of_meminfo(), of_control_groups()); }
 
-/// Tells how much memory a large surface takes, and throws before it is taken if there is not as much.
-void check_memory(const std::filesystem::path& path, bool fills, const Output& out) {
-    // Measured at the peak: reading and wrapping, or filling the surface itself with tetrahedra.
-    const double bytes_per_face = fills ? 3500 : 500;
+/// Tells how much memory a step takes where it is much, and throws before it is taken if there is not as
+/// much.
+void check_memory(const std::string& what, double bytes, const char* help, const Output& out) {
     constexpr double gib = 1024. * 1024 * 1024;
-    const std::uint64_t faces = estimate_faces(path);
-    const double wanted = static_cast<double>(faces) * bytes_per_face,
-                 available = static_cast<double>(available_memory());
-    if (wanted > available)
-        throw std::runtime_error(fmt::format(
-            "{}: about {} faces need about {:.1f} GiB of memory, but {:.1f} GiB are available{}",
-            path.string(), faces, wanted / gib, available / gib, fills ? "; --cage needs less" : ""));
-    if (wanted > gib)
-        out.text(fmt::format("{}: about {} faces, which take about {:.1f} GiB of memory", path.string(),
-                             faces, wanted / gib));
+    const auto available = static_cast<double>(available_memory());
+    const std::string wanted = fmt::format("{} takes about {:.1f} GiB of memory", what, bytes / gib);
+    if (bytes > available)
+        throw std::runtime_error(
+            fmt::format("{}, but {:.1f} GiB are available{}", wanted, available / gib, help));
+    if (bytes > gib) out.text(wanted);
+}
+
+/// Reads a surface if there is room for it and for what follows. fills: the surface itself with tetrahedra.
+TriMesh surface_of(const std::filesystem::path& path, bool fills, const Output& out) {
+    // Measured at the peak: reading, and filling the surface or wrapping it.
+    constexpr double read_per_byte = 8, filled_per_face = 3500, wrapped_per_face = 500;
+    std::error_code error;  // read_surface() says what is wrong
+    const std::uintmax_t bytes = std::filesystem::file_size(path, error);
+    if (!error)
+        check_memory(fmt::format("{}: reading it", path.string()), read_per_byte * static_cast<double>(bytes),
+                     "", out);
+    out.work("reading the surface");
+    TriMesh surface = read_surface(path);
+    check_memory(fmt::format("{}: a surface of {} faces", path.string(), surface.F.rows()),
+                 (fills ? filled_per_face : wrapped_per_face) * static_cast<double>(surface.F.rows()),
+                 fills ? "; --cage needs less" : "", out);
+    return surface;
 }
 
 std::vector<MaterialRegion> regions_of(const std::vector<TetGroup>& groups, const MeshFileConfig& config) {
@@ -203,9 +215,7 @@ Body body_of_tets(const std::filesystem::path& path, const MeshFileConfig& confi
 
 MeshedFile body_of_surface(const std::filesystem::path& path, const MeshFileConfig& config,
                            const Output& out) {
-    check_memory(path, config.cage == 0 && config.inside.empty(), out);
-    out.work("reading the surface");
-    TriMesh surface = read_surface(path);
+    TriMesh surface = surface_of(path, config.cage == 0 && config.inside.empty(), out);
     surface.X *= config.scale;
     const Nodes scaled = surface.X;
     const Eigen::Index faces = surface.F.rows();

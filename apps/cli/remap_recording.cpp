@@ -26,9 +26,11 @@ void copy_frames(const RecordingReader& from, int trajectory, RecordingWriter& t
         stop_if_asked();
         const int count = std::min(frames_at_once, info.frames - begin);
         from.read(trajectory, begin, count, x);
-        const std::vector<FrameExtras> extras = from.read_fields(trajectory, begin, count);
-        for (int i = 0; i < count; ++i)
+        std::vector<FrameExtras> extras = from.read_extras(trajectory, begin, count);
+        for (int i = 0; i < count; ++i) {
+            extras[i].contact_edges.clear();
             to.add_frame(handle, times[begin + i], x.middleRows(nodes * i, nodes), extras[i]);
+        }
     }
     FrameFacts facts = from.facts(trajectory);
     facts.self_intersections.clear();  // of the other surface
@@ -53,7 +55,7 @@ RemappedFrames remap_recording(const std::filesystem::path& path, const Body& fr
     if (has_edges)
         notice(fmt::format("{}: contact edges are left out, they are of the other surface", path.string()));
     RecordingWriter writer(output, recording.origin());
-    writer.label("remapped_from_sha256", recording_hash(recording));
+    writer.label("remapped_from_sha256", hash_recording(recording).hex);
     for (int i = 0; i < result.trajectories; ++i) {
         TrajectoryInfo info = infos[i];
         if (info.body_hash != from_hash)

@@ -86,7 +86,7 @@ std::pair<std::string, MaterialChange> parse_region(const std::string& text) {
 }
 
 nlohmann::ordered_json to_json(const CageReport& cage) {
-    const SoupReport& soup = cage.soup.given;
+    const SoupReport& soup = cage.soup;
     return {{"vertices", cage.vertices},
             {"faces", cage.faces},
             {"volume", cage.volume},

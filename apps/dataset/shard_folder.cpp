@@ -83,7 +83,7 @@ std::string shard_defect(const std::filesystem::path& path, const std::string& k
         if (std::ssize(infos) != end - first || infos.front().id != first || infos.back().id != end - 1)
             return fmt::format("{}: does not hold exactly trajectories {} to {}", path.string(), first,
                                end - 1);
-        recording_hash(recording);
+        hash_recording(recording);
         read_all_extras(recording);
     } catch (const h5::ReadError&) {
         throw;

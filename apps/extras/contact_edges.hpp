@@ -8,7 +8,7 @@
 #include "collision/query/pair_query.hpp"
 #include "collision/query/self_query.hpp"
 #include "sim/obstacles/obstacle.hpp"
-#include "training/files/frame_extras.hpp"
+#include "training/files/recording.hpp"
 
 namespace nbd {
 

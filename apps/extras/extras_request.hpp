@@ -3,7 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include "sim/fem/elastic_body.hpp"
-#include "training/files/frame_extras.hpp"
+#include "training/files/recording.hpp"
 
 namespace nbd {
 

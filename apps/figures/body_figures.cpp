@@ -31,7 +31,7 @@ TestPose typical_pose(const TreeFile& tree, const RecordingReader& recording,
     const auto deformation = [&](const Vertices& y) {
         return static_cast<double>((y - body.X).rowwise().norm().mean() / size);
     };
-    for_each_frame(body, recording, candidates, [&](int, int index, VerticesRef x) {
+    FrameSource(body.W, recording, 0).for_each_frame(candidates, [&](int, int index, VerticesRef x) {
         const std::size_t i = index;
         deformed[i] = {deformation(aligned(body.X, x)), candidates[i]};
     });
@@ -41,8 +41,9 @@ TestPose typical_pose(const TreeFile& tree, const RecordingReader& recording,
     const FrameId chosen = middle->second;
     const auto& info = recording.trajectories()[chosen.trajectory];
     TestPose pose{info.id, chosen.frame, middle->first, {}};
-    for_each_frame(body, recording, std::span(&chosen, 1),
-                   [&](int, int, VerticesRef x) { pose.x = aligned(body.X, x); });
+    FrameSource(body.W, recording, 0).for_each_frame(std::span(&chosen, 1), [&](int, int, VerticesRef x) {
+        pose.x = aligned(body.X, x);
+    });
     return pose;
 }
 

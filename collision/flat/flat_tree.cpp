@@ -11,138 +11,9 @@
 #include "collision/base/notice.hpp"
 #include "collision/base/temporary_files.hpp"
 #include "collision/flat/flat_fields.hpp"
-#include "collision/geometry/embedding.hpp"
 
 namespace nbd {
 namespace {
-
-// The fields of a tree. `file` is a FlatFieldWriter, with the other argument const, or a FlatFieldReader.
-// Structured bindings must name all members of a struct, in order, so that a new member cannot be forgotten.
-
-constexpr auto sphere_fields = [](auto& file, auto& spheres) {
-    using Node = SphereTree::Node;
-    auto& [nodes, faces, vertices, rest] = spheres;
-    file.table("topology/nodes", nodes, FlatColumn{"first_child", &Node::first_child},
-               FlatColumn{"depth", &Node::depth}, FlatColumn{"face_begin", &Node::face_begin},
-               FlatColumn{"face_end", &Node::face_end}, FlatColumn{"vertex_begin", &Node::vertex_begin},
-               FlatColumn{"vertex_end", &Node::vertex_end});
-    file.field("topology/faces", faces);
-    file.field("topology/vertices", vertices);
-    file.table("topology/rest_spheres", rest, FlatColumn{"c", &Sphere::c}, FlatColumn{"r", &Sphere::r});
-};
-
-constexpr auto modes_fields = [](auto& file, const std::string& group, auto& modes) {
-    auto& [representatives, w, X, U] = modes;
-    file.field(group + "/representatives", representatives);
-    file.field(group + "/w", w);
-    file.field(group + "/X", X);
-    file.field(group + "/U", U);
-};
-
-constexpr auto bd_fields = [](auto& file, auto& bd) {
-    auto& [modes, z_to_q, Ubar, dr] = bd;
-    modes_fields(file, "bd/modes", modes);
-    file.field("bd/z_to_q", z_to_q);
-    file.field("bd/Ubar", Ubar);
-    file.field("bd/dr", dr);
-};
-
-constexpr auto nbd_fields = [](auto& file, auto& nbd) {
-    auto& [modes, z_centre, z_scale, networks, out_centre, out_scale, centre_map, z_mean, z_whitening] = nbd;
-    modes_fields(file, "nbd/modes", modes);
-    int hidden = networks.hidden();
-    std::vector<float> weights = networks.weights();
-    file.field("nbd/hidden", hidden);
-    file.field("nbd/z_centre", z_centre);
-    file.field("nbd/z_scale", z_scale);
-    file.field("nbd/weights", weights);
-    std::optional<bool> floats;  // absent for networks in bytes
-    if (networks.numbers() == NetworkNumbers::floats) floats = true;
-    file.optional("nbd/numbers", floats,
-                  [](auto& part, auto& value) { part.field("nbd/numbers/floats", value); });
-    if constexpr (!std::is_const_v<std::remove_reference_t<decltype(nbd)>>) {
-        networks = NbdNetworks(nbd.mode_count(), hidden, weights,
-                               floats.value_or(false) ? NetworkNumbers::floats : NetworkNumbers::bytes);
-        if (networks.weights() != weights)
-            throw std::invalid_argument("NBD-Tree: has weights that are not rounded to bytes");
-    }
-    file.field("nbd/out_centre", out_centre);
-    file.field("nbd/out_scale", out_scale);
-    file.field("nbd/centre_map", centre_map);
-    file.field("nbd/z_mean", z_mean);
-    file.field("nbd/z_whitening", z_whitening);
-};
-
-constexpr auto box_table = [](auto& file, const char* name, auto& boxes) {
-    file.table(name, boxes, FlatColumn{"growth", &BoxFit::growth}, FlatColumn{"mean", &BoxFit::mean},
-               FlatColumn{"inverse_deviation", &BoxFit::inverse_deviation});
-};
-
-constexpr auto learned_affine_fields = [](auto& file, auto& fit) {
-    auto& [X, samples, box_samples, clusters, residual, growth] = fit;
-    file.field("learned_affine/X", X);
-    file.field("learned_affine/samples", samples);
-    file.field("learned_affine/box_samples", box_samples);
-    box_table(file, "learned_affine/clusters", clusters);
-    file.field("learned_affine/residual", residual);
-    file.field("learned_affine/growth", growth);
-};
-
-/// What an affine model is made of; W in compressed rows.
-struct HungNodes {
-    Vertices rest;
-    std::vector<int> row_begin, columns;
-    std::vector<float> weights;
-};
-
-std::optional<HungNodes> nodes_of(const std::shared_ptr<const AffineModel>& affine) {
-    if (!affine) return std::nullopt;
-    const SurfaceEmbedding W = affine->weights();
-    const auto entries = W.nonZeros();
-    return HungNodes{.rest = affine->rest(),
-                     .row_begin = {W.outerIndexPtr(), W.outerIndexPtr() + W.rows() + 1},
-                     .columns = {W.innerIndexPtr(), W.innerIndexPtr() + entries},
-                     .weights = {W.valuePtr(), W.valuePtr() + entries}};
-}
-
-constexpr auto hung_fields = [](auto& file, auto& nodes) {
-    auto& [rest, row_begin, columns, weights] = nodes;
-    file.field("affine/rest", rest);
-    file.field("affine/row_begin", row_begin);
-    file.field("affine/columns", columns);
-    file.field("affine/weights", weights);
-};
-
-/// fit: of the tree's `learned_affine` bounds, which the reader makes of it.
-constexpr auto tree_fields = [](auto& file, auto& tree, auto& fit) {
-    // The models of `affine` and `boxes` are not stored: hang_on_nodes() and make_boxes() make them again.
-    auto& [vertex_count, faces, spheres, bd, nbd, learned_affine, affine, boxes, calibrations] = tree;
-    file.field("surface/vertex_count", vertex_count);
-    file.field("surface/faces", faces);
-    sphere_fields(file, spheres);
-    file.optional("bd", bd, bd_fields);
-    file.optional("nbd", nbd, nbd_fields);
-    file.optional("learned_affine", fit, learned_affine_fields);
-    std::optional<HungNodes> hung = nodes_of(affine);
-    file.optional("affine", hung, hung_fields);
-    if constexpr (!std::is_const_v<std::remove_reference_t<decltype(tree)>>)
-        if (hung)
-            hang_on_nodes(tree,
-                          embedding_of_rows(hung->row_begin, hung->columns, hung->weights, hung->rest.rows()),
-                          hung->rest);
-    for (const BoundKind kind : bound_kinds) {
-        const std::string group = message("calibration/", name(kind));
-        file.entry(group, calibrations, kind, [&](auto& part, auto& calibration) {
-            auto& [miss_rate, confidence, trajectories, poses, margins, limits] = calibration;
-            part.field(group + "/miss_rate", miss_rate);
-            part.field(group + "/confidence", confidence);
-            part.field(group + "/trajectories", trajectories);
-            part.field(group + "/poses", poses);
-            part.field(group + "/margins", margins);
-            part.field(group + "/limits", limits);
-        });
-    }
-};
 
 /// Leaves out the arrays of bounds that are gone, with a notice. Returns whether there are any.
 bool leave_out_gone_bounds(FlatFieldReader& file) {
@@ -188,16 +59,13 @@ CollisionTree read_flat_tree(std::span<const std::byte> file) {
     FlatFieldReader reader(file);
     CollisionTree tree;
     try {
-        std::optional<LearnedAffineFit> fit;
-        tree_fields(reader, tree, fit);
+        StoredModels models;
+        tree_fields::tree(reader, tree, models);
         const bool lost_bounds = leave_out_gone_bounds(reader);
         reader.finish();
-        check_sphere_tree(tree.spheres, tree.vertex_count, tree.faces);
-        tree.boxes = make_boxes(tree);
-        if (fit)
-            tree.learned_affine =
-                std::make_shared<const LearnedAffineModel>(tree.boxes->tree(), *std::move(fit));
-        check_collision_tree(tree);
+        if (models.are_networks_rounded)
+            throw std::invalid_argument("NBD-Tree: has weights that are not rounded to bytes");
+        make_models(tree, std::move(models));
         if (lost_bounds) require_other_bounds(tree);
     } catch (const std::invalid_argument& e) {
         throw std::runtime_error(e.what());
@@ -208,9 +76,8 @@ CollisionTree read_flat_tree(std::span<const std::byte> file) {
 std::vector<std::byte> write_flat_tree(const CollisionTree& tree) {
     check_collision_tree(tree);
     FlatFieldWriter writer;
-    std::optional<LearnedAffineFit> fit;
-    if (tree.learned_affine) fit = tree.learned_affine->fit();
-    tree_fields(writer, tree, std::as_const(fit));
+    const StoredModels models = stored_models(tree);
+    tree_fields::tree(writer, tree, models);
     return writer.finish();
 }
 

@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "meshing/h5/content_hash.hpp"
+#include "meshing/h5/sha256.hpp"
 #include "meshing/h5/sparse.hpp"
 
 namespace nbd {
@@ -33,13 +33,13 @@ void write_material(h5::Writer& file, const std::string& group, const Material& 
 }
 
 Material read_material(const h5::Reader& file, const std::string& group) {
-    Material material{.young = file.number_attribute(group, "young"),
-                      .poisson = file.number_attribute(group, "poisson"),
-                      .density = file.number_attribute(group, "density"),
-                      .rayleigh_mass = file.number_attribute(group, "rayleigh_mass"),
-                      .rayleigh_stiffness = file.number_attribute(group, "rayleigh_stiffness")};
+    Material material{.young = file.attribute<double>(group, "young"),
+                      .poisson = file.attribute<double>(group, "poisson"),
+                      .density = file.attribute<double>(group, "density"),
+                      .rayleigh_mass = file.attribute<double>(group, "rayleigh_mass"),
+                      .rayleigh_stiffness = file.attribute<double>(group, "rayleigh_stiffness")};
     if (file.format().version < 2) return material;
-    const std::string text = file.text_attribute(group, "law");
+    const std::string text = file.attribute<std::string>(group, "law");
     const std::optional<MaterialLaw> law = material_law(text);
     if (!law)
         file.refuse(fmt::format("{} has the law \"{}\"", group, text),
@@ -63,7 +63,7 @@ std::vector<MaterialRegion> read_regions(const h5::Reader& file) {
     if (!file.has("regions")) return regions;
     for (const std::string& child : file.children("regions")) {
         const std::string group = "regions/" + child;
-        regions.push_back({.name = file.text_attribute(group, "name"),
+        regions.push_back({.name = file.attribute<std::string>(group, "name"),
                            .material = read_material(file, group),
                            .tets = file.read<int>(group + "/tets", {h5::any})});
     }
@@ -83,20 +83,18 @@ void check(const std::filesystem::path& path, const Body& body) {
 
 Material mean_material(const Body& body) {
     if (body.regions.empty()) return body.material;
-    const auto& [X, T] = body.tets;
-    const auto materials = materials_of_tets(body.material, body.regions, T.rows());
+    const auto materials = materials_of_tets(body.material, body.regions, body.tets.T.rows());
     Material mean = body.material;
-    double volume = 0, young = 0, mass = 0;
-    for (Eigen::Index t = 0; t < T.rows(); ++t) {
-        const Eigen::RowVector3d a = X.row(T(t, 0)), b = X.row(T(t, 1)) - a, c = X.row(T(t, 2)) - a;
-        const double part = b.cross(c).dot(X.row(T(t, 3)) - a) / 6;
+    double whole = 0, young = 0, mass = 0;
+    for (Eigen::Index t = 0; t < body.tets.T.rows(); ++t) {
+        const double part = volume(body.tets, t);
         const Material& material = *materials[t];
-        volume += part;
+        whole += part;
         young += part * material.young;
         mass += part * material.density;
     }
-    mean.young = young / volume;
-    mean.density = mass / volume;
+    mean.young = young / whole;
+    mean.density = mass / whole;
     return mean;
 }
 
@@ -145,7 +143,7 @@ void save_body(const std::filesystem::path& path, const Body& body) {
 Body load_body(const std::filesystem::path& path) {
     const h5::Reader file(path, body_format);
     Body body;
-    body.name = file.text_attribute("/", "name");
+    body.name = file.attribute<std::string>("/", "name");
     body.tets.X = file.matrix<Nodes>("tets/nodes", h5::any, 3);
     body.tets.T = file.matrix<Tets>("tets/cells", h5::any, 4);
     body.surface.X = file.matrix<Nodes>("surface/vertices", h5::any, 3);
@@ -162,7 +160,7 @@ Body load_body(const std::filesystem::path& path) {
         body.modes.U = file.matrix<Eigen::MatrixXf>("modes/U", 3 * nodes, modes);
     }
     check(path, body);
-    if (const std::string stored = file.text_attribute("/", "body_sha256"), is = body_hash(body);
+    if (const std::string stored = file.attribute<std::string>("/", "body_sha256"), is = body_hash(body);
         stored != is)
         file.refuse(fmt::format("the SHA-256 of the content is {}", is),
                     fmt::format("{}, the value of attribute body_sha256", stored));

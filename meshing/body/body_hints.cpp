@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cstddef>
 
@@ -13,16 +12,6 @@ constexpr double least_size = 2e-3, most_size = 20;  // metres, of the longest s
 constexpr double locking_ratio = 0.45;  // a beam four cells thick bends 24 % less there than at 0.3
 constexpr double slender = 7;      // length of a body by its mean thickness from which it bends; a cube has 5
 constexpr double most_thin = 0.6;  // share of a volume; with two tetrahedra across it is below 0.55
-
-Eigen::Vector3d node(const TetMesh& tets, int i) { return tets.X.row(i); }
-
-double volume(const TetMesh& tets, Eigen::Index t) {
-    const Eigen::Vector3d a = node(tets, tets.T(t, 0));
-    return (node(tets, tets.T(t, 1)) - a)
-               .cross(node(tets, tets.T(t, 2)) - a)
-               .dot(node(tets, tets.T(t, 3)) - a) /
-           6;
-}
 
 }  // namespace
 

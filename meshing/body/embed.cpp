@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "meshing/surface/box_tree.hpp"
-#include "meshing/surface/point_triangle.hpp"
+#include "meshing/surface/mesh.hpp"
 #include "meshing/surface/weld.hpp"
 
 namespace nbd {
@@ -122,10 +122,7 @@ PositionIndex node_index(const TetMesh& tets, std::vector<int>& node_of) {
 }  // namespace
 
 Embedding embed(const TetMesh& tets, NodesRef points, const EmbedConfig& config) {
-    if (!(config.max_distance >= 0) || !std::isfinite(config.max_distance))
-        throw std::invalid_argument(
-            fmt::format("the maximum distance from the tetrahedra is {}; allowed: finite and 0 or more",
-                        config.max_distance));
+    constexpr double max_distance = 0.5;  // in mean edge lengths
     const TetLocator locator(tets);
     std::vector<int> node_of;
     const PositionIndex nodes = node_index(tets, node_of);
@@ -146,11 +143,11 @@ Embedding embed(const TetMesh& tets, NodesRef points, const EmbedConfig& config)
             if (config.only_inside)
                 far.add(
                     fmt::format("{} lies {:.3g} m outside the tetrahedra", name_point(points, p), distance));
-            else if (distance > config.max_distance * edge)
+            else if (distance > max_distance * edge)
                 far.add(
                     fmt::format("{} is {:.6g} m away from the nearest tetrahedron ({}), "
                                 "more than {} of its mean edge length {:.6g} m",
-                                name_point(points, p), distance, nearest, config.max_distance, edge));
+                                name_point(points, p), distance, nearest, max_distance, edge));
             t = nearest;
         }
         Eigen::Vector4d w = locator.weights(t, x);

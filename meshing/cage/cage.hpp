@@ -12,15 +12,19 @@ struct CageConfig {
 
 constexpr int min_cage_nodes = 50, max_cage_nodes = 200'000;
 
-/// A coarse closed surface around a soup.
-struct Cage {
-    TriMesh surface;
+/// How a cage fits its soup.
+struct CageFit {
     double alpha = 0;     // radius of the ball that the wrap kept out, metres
     double offset = 0;    // distance of the wrap's vertices from the soup, metres
     double distance = 0;  // greatest distance of a vertex or face centre from the soup, metres
     /// A finer wrap would have lost the soup's inside through its holes, or fallen into parts. The faces are
     /// then those of a coarser wrap, divided.
     bool closes_holes = false, joins_parts = false;
+};
+
+/// A coarse closed surface around a soup.
+struct Cage : CageFit {
+    TriMesh surface;
 };
 
 /// Finds the wrap whose faces suit `nodes` tetrahedral nodes. One component, closed, manifold, without

@@ -14,7 +14,6 @@
 #include "collision/geometry/far_origin.hpp"
 #include "meshing/body/body.hpp"
 #include "meshing/body/embed.hpp"
-#include "meshing/cage/cage.hpp"
 #include "meshing/tets/order_by_place.hpp"
 #include "meshing/tets/tet_quality.hpp"
 #include "meshing/tets/tetrahedralize.hpp"
@@ -106,11 +105,7 @@ CageBody make_cage_body(std::string name, TriMesh surface, int nodes, const Mate
     report.vertices = filled.cage.surface.X.rows();
     report.faces = filled.cage.surface.F.rows();
     report.volume = tet_quality(filled.tets).volume;
-    report.alpha = filled.cage.alpha;
-    report.offset = filled.cage.offset;
-    report.distance = filled.cage.distance;
-    report.closes_holes = filled.cage.closes_holes;
-    report.joins_parts = filled.cage.joins_parts;
+    static_cast<CageFit&>(report) = filled.cage;
     report.optimization = filled.optimization;
 
     Body& body = result.body;

@@ -3,20 +3,17 @@
 #include <string>
 
 #include "meshing/body/body.hpp"
+#include "meshing/cage/cage.hpp"
 #include "meshing/cage/clean_soup.hpp"
 #include "meshing/tets/optimize_tets.hpp"
 
 namespace nbd {
 
 /// How a cage came about, for people.
-struct CageReport {
-    CleanSoupReport soup;
+struct CageReport : CageFit {
+    SoupReport soup;
     int vertices = 0, faces = 0;
-    double volume = 0;    // of the cage, m3
-    double alpha = 0;     // metres
-    double offset = 0;    // metres
-    double distance = 0;  // greatest distance between cage and soup, metres
-    bool closes_holes = false, joins_parts = false;
+    double volume = 0;  // of the cage, m3
     TetOptimization optimization;
 };
 

@@ -25,17 +25,13 @@ bool has_area(const TriMesh& mesh, int f) {
 int count_duplicates(const Faces& F) {
     std::vector<std::array<int, 3>> keys;
     keys.reserve(F.rows());
-    for (int f = 0; f < F.rows(); ++f) {
-        keys.push_back({F(f, 0), F(f, 1), F(f, 2)});
-        std::ranges::sort(keys.back());
-    }
+    for (int f = 0; f < F.rows(); ++f) keys.push_back(sorted_corners(F, f));
     std::ranges::sort(keys);
     return std::ranges::unique(keys).size();
 }
 
-}  // namespace
-
-SoupReport soup_report(const TriMesh& soup) {
+/// The report of a surface whose indices are in range.
+SoupReport defects_of(const TriMesh& soup) {
     SoupReport report;
     report.vertices = soup.X.rows();
     report.faces = soup.F.rows();
@@ -60,35 +56,6 @@ SoupReport soup_report(const TriMesh& soup) {
     return report;
 }
 
-std::string describe(const SoupReport& r) {
-    std::string text =
-        fmt::format("{} vertices, {} faces, {}", r.vertices, r.faces, counted(r.shells, "shell", "shells"));
-    const auto add = [&](int count, const char* one, const char* many) {
-        if (count > 0) text += "; " + counted(count, one, many);
-    };
-    add(r.repeating_faces, "face repeats a vertex", "faces repeat a vertex");
-    add(r.flat_faces, "face has no area", "faces have no area");
-    add(r.duplicate_faces, "duplicate face", "duplicate faces");
-    add(r.open_edges, "open edge", "open edges");
-    add(r.crowded_edges, "edge of more than two faces", "edges of more than two faces");
-    return text;
-}
-
-namespace {
-
-void check_soup(const TriMesh& soup) {
-    if (soup.F.rows() == 0) throw std::invalid_argument("the surface has no faces");
-    for (int v = 0; v < soup.X.rows(); ++v)
-        if (!soup.X.row(v).allFinite())
-            throw std::invalid_argument(fmt::format("vertex {} is not finite: ({}, {}, {})", v, soup.X(v, 0),
-                                                    soup.X(v, 1), soup.X(v, 2)));
-    for (int f = 0; f < soup.F.rows(); ++f)
-        for (const int v : soup.F.row(f))
-            if (v < 0 || v >= soup.X.rows())
-                throw std::invalid_argument(fmt::format(
-                    "face {} refers to vertex {}, but the surface has {} vertices", f, v, soup.X.rows()));
-}
-
 /// Drops faces that repeat a vertex: they have no area, and their edges seem to belong to too many faces.
 void drop_repeating_faces(Faces& F) {
     int kept = 0;
@@ -111,20 +78,29 @@ void check_extent(const TriMesh& soup) {
 
 }  // namespace
 
-std::string describe(const CleanSoupReport& r) {
-    std::string text = "surface: " + describe(r.given);
-    if (r.given.repeating_faces > 0) text += "; dropped the faces that repeat a vertex";
+std::string describe(const SoupReport& r) {
+    std::string text = fmt::format("surface: {} vertices, {} faces, {}", r.vertices, r.faces,
+                                   counted(r.shells, "shell", "shells"));
+    const auto add = [&](int count, const char* one, const char* many) {
+        if (count > 0) text += "; " + counted(count, one, many);
+    };
+    add(r.repeating_faces, "face repeats a vertex", "faces repeat a vertex");
+    add(r.flat_faces, "face has no area", "faces have no area");
+    add(r.duplicate_faces, "duplicate face", "duplicate faces");
+    add(r.open_edges, "open edge", "open edges");
+    add(r.crowded_edges, "edge of more than two faces", "edges of more than two faces");
+    if (r.repeating_faces > 0) text += "; dropped the faces that repeat a vertex";
     if (r.dropped_vertices > 0)
         text += "; dropped " + counted(r.dropped_vertices, "unreferenced vertex", "unreferenced vertices");
     return text;
 }
 
-CleanSoupReport clean_soup(TriMesh& soup) {
-    check_soup(soup);
-    CleanSoupReport report{soup_report(soup)};
+SoupReport clean_soup(TriMesh& soup) {
+    check_arrays(soup);
+    SoupReport report = defects_of(soup);
     drop_repeating_faces(soup.F);
     if (soup.F.rows() == 0)
-        throw std::invalid_argument(fmt::format("all faces repeat a vertex ({})", report.given.faces));
+        throw std::invalid_argument(fmt::format("all faces repeat a vertex ({})", report.faces));
     report.dropped_vertices = drop_unreferenced(soup);
     check_extent(soup);
     return report;

@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <stdexcept>
-#include <system_error>
 
 #include "collision/base/file_text.hpp"
 #include "meshing/formats/words.hpp"
@@ -47,6 +46,18 @@ std::string_view FileCursor::line() {
 
 void FileCursor::rest_of_line() noexcept { at_ = std::min(bytes_.find('\n', at_), bytes_.size() - 1) + 1; }
 
+bool FileCursor::at_line_end() noexcept {
+    at_ = std::min(bytes_.find_first_not_of(" \t\r\v\f", at_), bytes_.size());
+    return at_ == bytes_.size() || bytes_[at_] == '\n';
+}
+
+void FileCursor::blank_comments(char mark) noexcept {
+    for (std::size_t at = bytes_.find(mark); at < bytes_.size(); at = bytes_.find(mark, at)) {
+        const auto begin = bytes_.begin() + static_cast<std::ptrdiff_t>(at);
+        std::fill(begin, std::find(begin, bytes_.end(), '\n'), ' ');
+    }
+}
+
 void FileCursor::skip(std::uint64_t bytes) {
     if (bytes_.size() - at_ < bytes) fail("the file ends early");
     at_ += bytes;
@@ -69,8 +80,8 @@ void FileCursor::skip_past(std::string_view text) {
 
 template <class T>
 T FileCursor::number() {
-    T value{};
     if (binary_) {
+        T value{};
         if (bytes_.size() - at_ < sizeof(T)) fail("the file ends early");
         char raw[sizeof(T)];
         std::memcpy(raw, bytes_.data() + at_, sizeof(T));
@@ -79,29 +90,23 @@ T FileCursor::number() {
         at_ += sizeof(T);
         return value;
     }
-    std::string_view text = word();
-    const std::string_view whole = text;
-    if (text.starts_with('+')) text.remove_prefix(1);
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if constexpr (std::numeric_limits<T>::is_integer) {
-        if (error != std::errc{} || end != text.data() + text.size())
-            fail(fmt::format("expected an integer, found {}", quoted(whole)));
-    } else {
-        // A value too small for the type is no error and reads as zero: programs with wider types write such
-        // coordinates.
-        if (error == std::errc::invalid_argument || end != text.data() + text.size())
-            fail(fmt::format("expected a number, found {}", quoted(whole)));
-        if (error == std::errc::result_out_of_range && text.find("e-") == text.npos &&
-            text.find("E-") == text.npos)
-            fail(fmt::format("{} is too large", quoted(whole)));
-    }
-    return value;
+    const std::string_view text = word();
+    const std::optional<T> number = number_in<T>(text);
+    if (!number)
+        fail(fmt::format("expected {}, found {}",
+                         std::numeric_limits<T>::is_integer ? "an integer" : "a number", quoted(text)));
+    return *number;
 }
 
-int FileCursor::int32() { return number<std::int32_t>(); }
-std::int64_t FileCursor::int64() { return number<std::int64_t>(); }
-float FileCursor::real32() { return number<float>(); }
-double FileCursor::real64() { return number<double>(); }
+template std::int8_t FileCursor::number();
+template std::uint8_t FileCursor::number();
+template std::int16_t FileCursor::number();
+template std::uint16_t FileCursor::number();
+template std::int32_t FileCursor::number();
+template std::uint32_t FileCursor::number();
+template std::int64_t FileCursor::number();
+template float FileCursor::number();
+template double FileCursor::number();
 
 std::size_t FileCursor::check_count(std::int64_t n, std::string_view things, std::size_t least_bytes) const {
     const auto fitting =

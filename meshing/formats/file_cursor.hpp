@@ -35,11 +35,18 @@ class FileCursor {
     /// Moves past the next occurrence of `text`.
     void skip_past(std::string_view text);
 
-    /// The next number, as text or as raw bytes of the named width.
-    int int32();
-    std::int64_t int64();
-    float real32();
-    double real64();
+    /// True at the end of the line, past spaces, and at the end of the file.
+    bool at_line_end() noexcept;
+    /// Makes spaces of each `mark` and what follows it in its line.
+    void blank_comments(char mark) noexcept;
+
+    /// The next number, as text or as raw bytes. T: an integer of up to 8 bytes, float or double.
+    template <class T>
+    T number();
+    int int32() { return number<std::int32_t>(); }
+    std::int64_t int64() { return number<std::int64_t>(); }
+    float real32() { return number<float>(); }
+    double real64() { return number<double>(); }
     /// Reads a count from text or a raw int64. Fails unless it is >= 0 and the rest of the file can hold that
     /// many items of `least_bytes` each, so a damaged count never allocates memory.
     std::size_t count(std::string_view things, std::size_t least_bytes);
@@ -54,9 +61,6 @@ class FileCursor {
     [[noreturn]] void fail(const std::string& reason) const;
 
  private:
-    template <class T>
-    T number();
-
     std::filesystem::path path_;
     std::string bytes_;
     std::size_t at_ = 0;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <iterator>
 #include <optional>
 #include <stdexcept>
 #include <string_view>
@@ -97,49 +98,32 @@ void check_extensions(const json& file) {
                 name.is_string() ? printable(name.get_ref<const std::string&>()) : "of no name");
 }
 
-/// Bytes of a number; 0 for an unknown type.
-std::size_t bytes_of(int component_type) {
-    switch (component_type) {
-        case 5120:
-        case 5121:
-            return 1;
-        case 5122:
-        case 5123:
-            return 2;
-        case 5125:
-        case 5126:
-            return 4;
-        default:
-            return 0;
-    }
-}
-
 template <class T>
-T as(const char* bytes) {
+double number_at(const char* bytes) {
     T value;
     std::memcpy(&value, bytes, sizeof value);
     return value;
 }
 
-/// normalized: integers stand for shares of the largest one.
-double number_at(const char* bytes, int component_type, bool normalized) {
-    const auto share = [&](double value, double largest) {
-        return normalized ? std::max(value / largest, -1.) : value;
-    };
-    switch (component_type) {
-        case 5120:
-            return share(as<std::int8_t>(bytes), 127);
-        case 5121:
-            return share(as<std::uint8_t>(bytes), 255);
-        case 5122:
-            return share(as<std::int16_t>(bytes), 32767);
-        case 5123:
-            return share(as<std::uint16_t>(bytes), 65535);
-        case 5125:
-            return share(as<std::uint32_t>(bytes), 4294967295.);
-        default:
-            return as<float>(bytes);
-    }
+/// A component type of glTF. largest: of integers, for which normalized ones stand for shares of it.
+struct ComponentType {
+    int code;
+    std::size_t bytes;
+    double (*read)(const char* bytes);
+    double largest;
+    bool is_unsigned = false;
+};
+constexpr ComponentType component_types[] = {{5120, 1, number_at<std::int8_t>, 127},
+                                             {5121, 1, number_at<std::uint8_t>, 255, true},
+                                             {5122, 2, number_at<std::int16_t>, 32767},
+                                             {5123, 2, number_at<std::uint16_t>, 65535, true},
+                                             {5125, 4, number_at<std::uint32_t>, 4294967295., true},
+                                             {5126, 4, number_at<float>, 0}};
+
+/// Null for an unknown type.
+const ComponentType* component_type(std::int64_t code) {
+    const auto* const found = std::ranges::find(component_types, code, &ComponentType::code);
+    return found == std::end(component_types) ? nullptr : found;
 }
 
 }  // namespace
@@ -195,13 +179,12 @@ const json& GlbFile::item(const char* array, std::int64_t number) const {
 struct GlbFile::Numbers {
     std::string_view bytes;
     std::size_t stride = 0;
-    int component_type = 0;
 };
 
 /// from: an accessor, or the part of a sparse one that names a view.
 GlbFile::Numbers GlbFile::find(const json& from, std::size_t count, std::size_t components,
-                               int component_type, bool has_stride) const {
-    const std::size_t row = components * bytes_of(component_type);
+                               std::size_t number_bytes, bool has_stride) const {
+    const std::size_t row = components * number_bytes;
     const json& view = item("bufferViews", json_number(from, "bufferView", -1));
     const std::int64_t number = json_number(view, "buffer", -1);
     if (number < 0 || number >= std::ssize(buffers_))
@@ -225,8 +208,8 @@ GlbFile::Numbers GlbFile::find(const json& from, std::size_t count, std::size_t 
         refuse_glb(
             "the file ends early: {} numbers of an accessor do not fit into the {} bytes of their view",
             count, length);
-    return {std::string_view(buffer).substr(offset + begin, length - begin), static_cast<std::size_t>(stride),
-            component_type};
+    return {std::string_view(buffer).substr(offset + begin, length - begin),
+            static_cast<std::size_t>(stride)};
 }
 
 std::vector<double> GlbFile::numbers(std::int64_t accessor, std::size_t components) const {
@@ -235,26 +218,27 @@ std::vector<double> GlbFile::numbers(std::int64_t accessor, std::size_t componen
     if (const auto type = from.find("type"); type == from.end() || *type != wanted)
         refuse_glb("accessor {} is not of type {}", accessor, wanted);
     const std::int64_t count = json_number(from, "count", 0);
-    const int component_type = json_number(from, "componentType", 0);
-    const bool is_index = components == 1, is_float = component_type == 5126;
-    const bool is_unsigned = component_type == 5121 || component_type == 5123 || component_type == 5125;
-    if (bytes_of(component_type) == 0 || (is_index ? !is_unsigned : component_type == 5125))
-        refuse_glb("accessor {} has numbers of type {}; allowed: {}", accessor, component_type,
+    const std::int64_t code = json_number(from, "componentType", 0);
+    const ComponentType* const number = component_type(code);
+    const bool is_index = components == 1;
+    if (!number || (is_index ? !number->is_unsigned : code == 5125))
+        refuse_glb("accessor {} has numbers of type {}; allowed: {}", accessor, code,
                    is_index ? "5121, 5123, 5125" : "5120 to 5123, 5126");
     const auto normalized = from.find("normalized");
-    const bool is_normalized = !is_float && normalized != from.end() && *normalized == true;
+    const bool is_normalized = number->largest > 0 && normalized != from.end() && *normalized == true;
     constexpr std::int64_t most = 1 << 30;
     if (count < 0 || count > most)
         refuse_glb("accessor {} has {} items; allowed: 0 to {}", accessor, count, most);
     const std::size_t rows = count;
     std::vector<double> values;
     const auto read_row = [&](const Numbers& numbers, std::size_t row, double* to) {
-        for (std::size_t c = 0; c < components; ++c)
-            to[c] = number_at(numbers.bytes.data() + row * numbers.stride + c * bytes_of(component_type),
-                              component_type, is_normalized);
+        for (std::size_t c = 0; c < components; ++c) {
+            to[c] = number->read(numbers.bytes.data() + row * numbers.stride + c * number->bytes);
+            if (is_normalized) to[c] = std::max(to[c] / number->largest, -1.);
+        }
     };
     if (from.contains("bufferView")) {
-        const Numbers numbers = find(from, rows, components, component_type, true);
+        const Numbers numbers = find(from, rows, components, number->bytes, true);
         values.resize(rows * components);
         for (std::size_t row = 0; row < rows; ++row) read_row(numbers, row, &values[row * components]);
     }
@@ -269,17 +253,18 @@ std::vector<double> GlbFile::numbers(std::int64_t accessor, std::size_t componen
     const std::int64_t changes = json_number(*sparse, "count", 0);
     if (changes < 0 || changes > count)
         refuse_glb("accessor {} changes {} of {} items", accessor, changes, count);
-    const int index_type = json_number((*sparse)["indices"], "componentType", 0);
-    if (index_type != 5121 && index_type != 5123 && index_type != 5125)
+    const std::int64_t index_code = json_number((*sparse)["indices"], "componentType", 0);
+    const ComponentType* const index = component_type(index_code);
+    if (!index || !index->is_unsigned)
         refuse_glb("accessor {} has sparse indices of type {}; allowed: 5121, 5123, 5125", accessor,
-                   index_type);
-    const Numbers at = find((*sparse)["indices"], changes, 1, index_type, false);
-    const Numbers to = find((*sparse)["values"], changes, components, component_type, false);
+                   index_code);
+    const Numbers at = find((*sparse)["indices"], changes, 1, index->bytes, false);
+    const Numbers to = find((*sparse)["values"], changes, components, number->bytes, false);
     if (values.empty() && rows > 64 * (1 + static_cast<std::size_t>(changes)))
         refuse_glb("accessor {} has {} items without data", accessor, rows - changes);
     values.resize(rows * components);
     for (std::int64_t change = 0; change < changes; ++change) {
-        const std::size_t row = number_at(at.bytes.data() + change * at.stride, index_type, false);
+        const std::size_t row = index->read(at.bytes.data() + change * at.stride);
         if (row >= rows) refuse_glb("accessor {} changes item {} of {}", accessor, row, rows);
         read_row(to, change, &values[row * components]);
     }

@@ -31,8 +31,8 @@ class GlbFile {
  private:
     struct Numbers;
     std::vector<double> numbers(std::int64_t accessor, std::size_t components) const;
-    Numbers find(const nlohmann::json& from, std::size_t count, std::size_t components, int component_type,
-                 bool has_stride) const;
+    Numbers find(const nlohmann::json& from, std::size_t count, std::size_t components,
+                 std::size_t number_bytes, bool has_stride) const;
 
     nlohmann::json json_;
     std::vector<std::string> buffers_;

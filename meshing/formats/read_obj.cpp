@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
-#include <cmath>
 #include <cstdint>
 #include <fstream>
 #include <optional>
@@ -29,26 +27,12 @@ std::string_view take_word(std::string_view& line) {
     return word;
 }
 
-std::optional<double> plain_number(std::string_view word) {
-    double value = 0;
-    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-    if (error == std::errc::invalid_argument || end != word.data() + word.size()) return std::nullopt;
-    if (error == std::errc::result_out_of_range) {
-        const std::size_t exponent = word.find_first_of("eE");
-        const bool is_tiny = word.substr(0, exponent).find_first_of("123456789") == word.npos ||
-                             (exponent != word.npos && word.substr(exponent + 1).starts_with('-'));
-        value = is_tiny ? 0 : HUGE_VAL;
-    }
-    return value;
-}
-
 /// The number may have a decimal comma.
 std::optional<double> number(std::string_view word) {
-    if (word.starts_with('+')) word.remove_prefix(1);
-    if (const auto value = plain_number(word)) return value;
+    if (const auto value = number_in<double>(word)) return value;
     std::string with_point(word);
     std::ranges::replace(with_point, ',', '.');
-    return with_point == word ? std::nullopt : plain_number(with_point);
+    return number_in<double>(with_point);
 }
 
 /// Index of the vertex in a corner such as 3, 3/1 or -1//2; empty if it is no whole number.

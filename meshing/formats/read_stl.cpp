@@ -5,8 +5,6 @@
 #include <bit>
 #include <cctype>
 #include <cstdint>
-#include <cstring>
-#include <fstream>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -27,30 +25,8 @@ std::string lower(std::string_view word) {
     return text;
 }
 
-/// The beginning of a file in lower case, behind white space and a byte order mark.
-std::string beginning(const std::filesystem::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    std::string bytes(4096, '\0');
-    file.read(bytes.data(), bytes.size());
-    bytes.resize(file.gcount());
-    if (bytes.starts_with("\xEF\xBB\xBF")) bytes.erase(0, 3);
-    bytes.erase(0, bytes.find_first_not_of(" \t\r\n\v\f"));
-    return lower(bytes);
-}
-
-std::uint32_t facets_of_header(const std::filesystem::path& path) {
-    std::array<char, header_bytes> head{};
-    std::ifstream(path, std::ios::binary).read(head.data(), head.size());
-    std::uint32_t facets = 0;
-    std::memcpy(&facets, head.data() + 80, sizeof facets);
-    if constexpr (std::endian::native == std::endian::big) facets = __builtin_bswap32(facets);
-    return facets;
-}
-
-PolygonSoup read_binary(const std::filesystem::path& path, std::uint32_t facets) {
-    FileCursor in(path);
-    in.skip(header_bytes);
-    in.read_binary(std::endian::native == std::endian::big);
+PolygonSoup read_binary(FileCursor& in, std::uint32_t facets) {
+    in.move_to(header_bytes);
     PolygonSoup soup;
     for (std::uint32_t f = 0; f < facets; ++f) {
         in.skip(12);  // the normal
@@ -67,8 +43,7 @@ PolygonSoup read_binary(const std::filesystem::path& path, std::uint32_t facets)
 }
 
 /// A facet is: facet normal X Y Z, outer loop, three or more times vertex X Y Z, endloop, endfacet.
-PolygonSoup read_text(const std::filesystem::path& path) {
-    FileCursor in(path);
+PolygonSoup read_text(FileCursor& in) {
     PolygonSoup soup;
     bool in_facet = false, in_loop = false;
     while (!in.at_end()) {
@@ -111,23 +86,33 @@ PolygonSoup read_text(const std::filesystem::path& path) {
 }  // namespace
 
 PolygonSoup read_stl(const std::filesystem::path& path) {
-    const std::uint64_t bytes = std::filesystem::file_size(path);
-    const std::string begin = beginning(path);
-    const std::uint32_t facets = bytes >= header_bytes ? facets_of_header(path) : 0;
-    const std::uint64_t needed = header_bytes + facet_bytes * std::uint64_t{facets};
-    if (bytes >= header_bytes && needed == bytes) return read_binary(path, facets);
-    if (begin.starts_with("solid") &&
-        (begin.find("facet") != begin.npos || begin.find("endsolid") != begin.npos))
-        return read_text(path);
-    if (bytes < header_bytes)
+    FileCursor in(path);
+    const std::uint64_t bytes = in.bytes().size();
+    std::string begin = lower(in.bytes().substr(0, 4096));  // behind white space and a byte order mark
+    if (begin.starts_with("\xEF\xBB\xBF")) begin.erase(0, 3);
+    begin.erase(0, begin.find_first_not_of(" \t\r\n\v\f"));
+    const bool is_text = begin.starts_with("solid") &&
+                         (begin.find("facet") != begin.npos || begin.find("endsolid") != begin.npos);
+    if (bytes < header_bytes) {
+        if (is_text) return read_text(in);
         throw std::runtime_error(fmt::format(
             "STL: neither a text that starts with \"solid\" nor a binary file: {} bytes; allowed: "
             "at least {}",
             bytes, header_bytes));
+    }
+    in.move_to(header_bytes - sizeof(std::uint32_t));
+    in.read_binary(std::endian::native == std::endian::big);
+    const auto facets = in.number<std::uint32_t>();
+    const std::uint64_t needed = header_bytes + facet_bytes * std::uint64_t{facets};
+    if (is_text && needed != bytes) {
+        in.move_to(0);
+        in.read_text();
+        return read_text(in);
+    }
     if (needed > bytes)
         throw std::runtime_error(fmt::format(
             "STL: the file ends early: {} facets take {} bytes, but it has {}", facets, needed, bytes));
-    return read_binary(path, facets);
+    return read_binary(in, facets);
 }
 
 }  // namespace nbd

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 
 #include "meshing/surface/mesh.hpp"
@@ -17,10 +16,5 @@ namespace nbd {
 /// unknown extension, a truncated file if the format allows to detect it, a face index out of range, a
 /// coordinate that no float32 can hold, or a file without faces.
 TriMesh read_surface(const std::filesystem::path& path);
-
-/// About how many faces a surface file (.obj .ply .stl .off .glb) holds, without reading it into memory: by
-/// its header (.ply .off, binary .stl), a count of its face lines (.obj), else by its size; never more than a
-/// file of its size can hold. 0 for a file that cannot be read; read_surface() says why.
-std::uint64_t estimate_faces(const std::filesystem::path& path);
 
 }  // namespace nbd

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <charconv>
+#include <concepts>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <system_error>
 
 #include "collision/base/shortened.hpp"
 
@@ -18,13 +21,22 @@ inline std::string printable(std::string_view word) {
     return text;
 }
 
-/// The number that a word is, with or without a plus; empty if it is none, or one that T does not hold.
+/// The number that a word is, with or without a plus; empty if it is none, or an integer that T does not
+/// hold. A real number too small for T reads as zero, since programs with wider types write such coordinates,
+/// and one too large as infinite.
 template <class T>
 std::optional<T> number_in(std::string_view word) {
     if (word.starts_with('+')) word.remove_prefix(1);
     T value{};
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-    if (error != std::errc() || end != word.data() + word.size()) return std::nullopt;
+    if (error == std::errc::invalid_argument || end != word.data() + word.size()) return std::nullopt;
+    if (error == std::errc::result_out_of_range) {
+        if constexpr (!std::floating_point<T>) return std::nullopt;
+        const std::size_t exponent = word.find_first_of("eE");
+        const bool is_tiny = word.substr(0, exponent).find_first_of("123456789") == word.npos ||
+                             (exponent != word.npos && word.substr(exponent + 1).starts_with('-'));
+        return is_tiny ? T{} : std::numeric_limits<T>::infinity();
+    }
     return value;
 }
 

@@ -8,7 +8,8 @@
 #include <vector>
 
 #include "collision/base/shortened.hpp"
-#include "meshing/h5/content_hash.hpp"
+#include "meshing/h5/reader.hpp"
+#include "meshing/h5/sha256.hpp"
 #include "meshing/progress/progress.hpp"
 
 namespace nbd::h5 {
@@ -112,9 +113,10 @@ class Report {
 
     void check_body() {
         if (!file_.has_attribute("/", "body_sha256_of")) return;
-        std::istringstream words(file_.text_attribute("/", "body_sha256_of"));
+        std::istringstream words(file_.attribute<std::string>("/", "body_sha256_of"));
         const std::vector<std::string> names{std::istream_iterator<std::string>(words), {}};
-        const std::string stored = file_.text_attribute("/", "body_sha256"), is = content_hash(file_, names);
+        const std::string stored = file_.attribute<std::string>("/", "body_sha256"),
+                          is = content_hash(file_, names);
         if (stored != is)
             file_.refuse(fmt::format("the SHA-256 of the content is {}", is),
                          fmt::format("{}, the value of body_sha256", stored));

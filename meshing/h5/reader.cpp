@@ -6,7 +6,7 @@
 #include <climits>
 #include <utility>
 
-#include "meshing/h5/opened_file.hpp"
+#include "meshing/h5/reader_impl.hpp"
 #include "meshing/h5/version.hpp"
 
 namespace nbd::h5 {
@@ -16,6 +16,20 @@ namespace {
 // HDF5 1.10 sorts names through a table; if a damaged block ends the listing early, it frees table entries
 // that it never filled. The native order uses no table.
 constexpr H5_iter_order_t any_order = H5_ITER_NATIVE;
+
+/// Sorted names of what `iterate(callback, list)` goes through. item: for errors.
+template <class Iterate>
+std::vector<std::string> names_from(const Reader::Impl& file, const std::string& item,
+                                    const Iterate& iterate) {
+    std::vector<std::string> names;
+    const auto keep = [](hid_t, const char* name, const auto*, void* list) -> herr_t {
+        static_cast<std::vector<std::string>*>(list)->emplace_back(name);
+        return 0;
+    };
+    if (iterate(keep, &names) < 0) file.refuse_damaged(item);
+    std::ranges::sort(names);
+    return names;
+}
 
 Shape shape_of(hid_t dataset) {
     const Handle space(H5Dget_space(dataset));
@@ -27,6 +41,12 @@ Shape shape_of(hid_t dataset) {
 bool is_virtual(hid_t dataset) {
     const Handle creation(H5Dget_create_plist(dataset));
     return H5Pget_layout(creation.get()) == H5D_VIRTUAL;
+}
+
+void refuse_virtual(const Reader& file, const std::string& dataset, const Handle& opened) {
+    if (is_virtual(opened.get()))
+        file.refuse(fmt::format("virtual dataset '{}' stores its numbers in another file", dataset),
+                    "reading that file instead");
 }
 
 bool fits(const Shape& shape, const Shape& expected) {
@@ -47,23 +67,6 @@ bool is_credible(const Shape& shape, std::size_t element_size, std::size_t store
 
 }  // namespace
 
-struct Reader::Impl {
-    OpenedFile file;
-    std::string kept_name;  // the dataset that read_rows() keeps open
-    Handle kept;
-    explicit Impl(const std::filesystem::path& path) : file(path) {}
-    ~Impl() {
-        const LibraryLock lock;
-        kept = Handle();
-    }
-
-    void refuse_virtual(const std::string& dataset, const Handle& opened) const {
-        if (is_virtual(opened.get()))
-            file.refuse(fmt::format("virtual dataset '{}' stores its numbers in another file", dataset),
-                        "reading that file instead");
-    }
-};
-
 bool stays_in_folder(const std::filesystem::path& path) {
     const std::filesystem::path place = path.lexically_normal();
     return !place.empty() && !place.is_absolute() && *place.begin() != "..";
@@ -77,32 +80,29 @@ Reader::Reader(const std::filesystem::path& path, const Format& expected) : Read
         refuse(fmt::format("is a file of format '{}'", has.name), fmt::format("'{}'", expected.name));
     if (has.version > expected.version)
         refuse(fmt::format("is a file of '{}' version {} from nbdtree {}", has.name, has.version,
-                           text_attribute("/", "program_version")),
+                           attribute<std::string>("/", "program_version")),
                fmt::format("versions up to {}, read by nbdtree {}", expected.version, version()));
 }
 
 Reader::~Reader() = default;
 Reader::Reader(Reader&&) noexcept = default;
 
-const std::filesystem::path& Reader::path() const noexcept { return impl_->file.path(); }
-const Format& Reader::format() const noexcept { return impl_->file.format(); }
+const std::filesystem::path& Reader::path() const noexcept { return impl_->path; }
+const Format& Reader::format() const noexcept { return impl_->format; }
 void Reader::refuse(const std::string& what, const std::string& allowed) const {
-    impl_->file.refuse(what, allowed);
+    impl_->refuse(what, allowed);
 }
 
-bool Reader::has(const std::string& name) const {
-    const LibraryLock lock;
-    return impl_->file.has(name);
-}
+bool Reader::has(const std::string& name) const { return impl_->has(name); }
 
 bool Reader::is_group(const std::string& name) const {
     const LibraryLock lock;
-    return H5Iget_type(impl_->file.open_object(name).get()) == H5I_GROUP;
+    return H5Iget_type(impl_->open_object(name).get()) == H5I_GROUP;
 }
 
 bool Reader::is_text(const std::string& dataset) const {
     const LibraryLock lock;
-    const Handle opened = impl_->file.open_dataset(dataset), type(H5Dget_type(opened.get()));
+    const Handle opened = impl_->open_dataset(dataset), type(H5Dget_type(opened.get()));
     return H5Tget_class(type.get()) == H5T_STRING;
 }
 
@@ -110,33 +110,27 @@ std::string Reader::link_target(const std::string& name) const {
     const LibraryLock lock;
     if (!has(name)) refuse(fmt::format("has no '{}'", name), "a file with this item");
     H5L_info_t info{};
-    if (H5Lget_info(impl_->file.id(), name.c_str(), &info, H5P_DEFAULT) < 0)
-        impl_->file.refuse_damaged(fmt::format("'{}'", name));
+    if (H5Lget_info(impl_->file.get(), name.c_str(), &info, H5P_DEFAULT) < 0)
+        impl_->refuse_damaged(fmt::format("'{}'", name));
     if (info.type != H5L_TYPE_SOFT) return "";
     std::string target(info.u.val_size, '\0');
-    if (H5Lget_val(impl_->file.id(), name.c_str(), target.data(), target.size(), H5P_DEFAULT) < 0)
-        impl_->file.refuse_damaged(fmt::format("'{}'", name));
+    if (H5Lget_val(impl_->file.get(), name.c_str(), target.data(), target.size(), H5P_DEFAULT) < 0)
+        impl_->refuse_damaged(fmt::format("'{}'", name));
     return target.c_str();
 }
 
 std::vector<std::string> Reader::children(const std::string& group) const {
     const LibraryLock lock;
     if (!has(group)) refuse(fmt::format("has no '{}'", group), "a file with this item");
-    std::vector<std::string> names;
-    const auto keep = [](hid_t, const char* name, const H5L_info_t*, void* list) -> herr_t {
-        static_cast<std::vector<std::string>*>(list)->emplace_back(name);
-        return 0;
-    };
-    if (H5Literate_by_name(impl_->file.id(), group.c_str(), H5_INDEX_NAME, any_order, nullptr, keep, &names,
-                           H5P_DEFAULT) < 0)
-        impl_->file.refuse_damaged(fmt::format("group '{}'", group));
-    std::ranges::sort(names);
-    return names;
+    return names_from(*impl_, fmt::format("group '{}'", group), [&](auto keep, void* names) {
+        return H5Literate_by_name(impl_->file.get(), group.c_str(), H5_INDEX_NAME, any_order, nullptr, keep,
+                                  names, H5P_DEFAULT);
+    });
 }
 
 std::optional<VirtualSource> Reader::virtual_source(const std::string& dataset) const {
     const LibraryLock lock;
-    const Handle opened = impl_->file.open_dataset(dataset), creation(H5Dget_create_plist(opened.get()));
+    const Handle opened = impl_->open_dataset(dataset), creation(H5Dget_create_plist(opened.get()));
     if (!is_virtual(opened.get())) return {};
     std::size_t count = 0;
     H5Pget_virtual_count(creation.get(), &count);
@@ -145,7 +139,7 @@ std::optional<VirtualSource> Reader::virtual_source(const std::string& dataset) 
                "one source, as written by nbdtree");
     const auto text = [&](auto get) {
         const ssize_t length = get(creation.get(), 0, nullptr, 0);
-        if (length < 0) impl_->file.refuse_damaged(fmt::format("virtual dataset '{}'", dataset));
+        if (length < 0) impl_->refuse_damaged(fmt::format("virtual dataset '{}'", dataset));
         std::string value(length, '\0');
         get(creation.get(), 0, value.data(), value.size() + 1);
         return value;
@@ -160,12 +154,12 @@ std::optional<VirtualSource> Reader::virtual_source(const std::string& dataset) 
 
 Shape Reader::shape(const std::string& dataset) const {
     const LibraryLock lock;
-    return shape_of(impl_->file.open_dataset(dataset).get());
+    return shape_of(impl_->open_dataset(dataset).get());
 }
 
 Type Reader::type(const std::string& dataset) const {
     const LibraryLock lock;
-    const Handle opened = impl_->file.open_dataset(dataset), stored(H5Dget_type(opened.get()));
+    const Handle opened = impl_->open_dataset(dataset), stored(H5Dget_type(opened.get()));
     constexpr Type types[] = {Type::float32, Type::float64, Type::int32, Type::int64, Type::uint64};
     const auto found =
         std::ranges::find_if(types, [&](Type t) { return H5Tequal(stored.get(), file_type(t)) > 0; });
@@ -182,9 +176,9 @@ Shape Reader::check(const std::string& dataset, Type type, const Shape& expected
     const Shape shape = this->shape(dataset);
     if (!fits(shape, expected))
         refuse(fmt::format("dataset '{}' is {}", dataset, text(shape)), text(expected));
-    const Handle opened = impl_->file.open_dataset(dataset);
-    const std::size_t stored = std::min<std::size_t>(H5Dget_storage_size(opened.get()), impl_->file.bytes());
-    impl_->file.check_reads();
+    const Handle opened = impl_->open_dataset(dataset);
+    const std::size_t stored = std::min<std::size_t>(H5Dget_storage_size(opened.get()), impl_->bytes);
+    impl_->check_reads();
     if (!is_virtual(opened.get()) && !is_credible(shape, size_of(type), stored))
         refuse(fmt::format("dataset '{}' is {}", dataset, text(shape)), "a size that the file can hold");
     return shape;
@@ -192,20 +186,20 @@ Shape Reader::check(const std::string& dataset, Type type, const Shape& expected
 
 void Reader::read_values(const std::string& dataset, Type type, void* values) const {
     const LibraryLock lock;
-    const Handle opened = impl_->file.open_dataset(dataset);
-    impl_->refuse_virtual(dataset, opened);
+    const Handle opened = impl_->open_dataset(dataset);
+    refuse_virtual(*this, dataset, opened);
     if (element_count(shape_of(opened.get())) == 0) return;
     if (H5Dread(opened.get(), memory_type(type), H5S_ALL, H5S_ALL, H5P_DEFAULT, values) < 0)
-        impl_->file.refuse_damaged(fmt::format("dataset '{}'", dataset));
+        impl_->refuse_damaged(fmt::format("dataset '{}'", dataset));
 }
 
-void Reader::read_some(const std::string& dataset, Type type, std::size_t begin, std::size_t count,
+void Reader::read_rows(const std::string& dataset, Type type, std::size_t begin, std::size_t count,
                        void* values) const {
     const LibraryLock lock;
     if (impl_->kept_name != dataset) {
         impl_->kept_name.clear();
-        impl_->kept = impl_->file.open_dataset(dataset);
-        impl_->refuse_virtual(dataset, impl_->kept);
+        impl_->kept = impl_->open_dataset(dataset);
+        refuse_virtual(*this, dataset, impl_->kept);
         impl_->kept_name = dataset;
     }
     if (count == 0) return;
@@ -217,72 +211,45 @@ void Reader::read_some(const std::string& dataset, Type type, std::size_t begin,
         target(H5Screate_simple(size.size(), size.data(), nullptr));
     if (H5Sselect_hyperslab(source.get(), H5S_SELECT_SET, start.data(), nullptr, size.data(), nullptr) < 0 ||
         H5Dread(impl_->kept.get(), memory_type(type), target.get(), source.get(), H5P_DEFAULT, values) < 0)
-        impl_->file.refuse_damaged(fmt::format("dataset '{}'", dataset));
+        impl_->refuse_damaged(fmt::format("dataset '{}'", dataset));
 }
 
-std::string Reader::read_text(const std::string& dataset) const {
-    const LibraryLock lock;
-    return impl_->file.text_dataset(dataset);
-}
-
+std::string Reader::read_text(const std::string& dataset) const { return impl_->text_dataset(dataset); }
 std::string Reader::text_attribute(const std::string& object, const std::string& name) const {
-    const LibraryLock lock;
-    return impl_->file.text_attribute(object, name);
+    return impl_->text_attribute(object, name);
 }
-
-double Reader::number_attribute(const std::string& object, const std::string& name) const {
-    const LibraryLock lock;
-    double value = 0;
-    impl_->file.number_attribute(object, name, Type::float64, &value);
-    return value;
-}
-
-std::int64_t Reader::int_attribute(const std::string& object, const std::string& name) const {
-    const LibraryLock lock;
-    std::int64_t value = 0;
-    impl_->file.number_attribute(object, name, Type::int64, &value);
-    return value;
-}
-
-std::uint64_t Reader::uint_attribute(const std::string& object, const std::string& name) const {
-    const LibraryLock lock;
-    std::uint64_t value = 0;
-    impl_->file.number_attribute(object, name, Type::uint64, &value);
-    return value;
+void Reader::number_attribute(const std::string& object, const std::string& name, Type type,
+                              void* value) const {
+    impl_->number_attribute(object, name, type, value);
 }
 
 bool Reader::has_attribute(const std::string& object, const std::string& name) const {
     const LibraryLock lock;
-    const htri_t there = H5Aexists_by_name(impl_->file.id(), object.c_str(), name.c_str(), H5P_DEFAULT);
-    if (there < 0) impl_->file.refuse_damaged(fmt::format("'{}'", object));
+    const htri_t there = H5Aexists_by_name(impl_->file.get(), object.c_str(), name.c_str(), H5P_DEFAULT);
+    if (there < 0) impl_->refuse_damaged(fmt::format("'{}'", object));
     return there > 0;
 }
 
 std::vector<std::string> Reader::attributes(const std::string& object) const {
     const LibraryLock lock;
-    std::vector<std::string> names;
-    const auto keep = [](hid_t, const char* name, const H5A_info_t*, void* list) -> herr_t {
-        static_cast<std::vector<std::string>*>(list)->emplace_back(name);
-        return 0;
-    };
-    if (H5Aiterate_by_name(impl_->file.id(), object.c_str(), H5_INDEX_NAME, any_order, nullptr, keep, &names,
-                           H5P_DEFAULT) < 0)
-        impl_->file.refuse_damaged(fmt::format("'{}'", object));
-    std::ranges::sort(names);
-    return names;
+    return names_from(*impl_, fmt::format("'{}'", object), [&](auto keep, void* names) {
+        return H5Aiterate_by_name(impl_->file.get(), object.c_str(), H5_INDEX_NAME, any_order, nullptr, keep,
+                                  names, H5P_DEFAULT);
+    });
 }
 
 std::string Reader::attribute_text(const std::string& object, const std::string& name) const {
     const LibraryLock lock;
-    const Handle attribute = impl_->file.open_attribute(object, name), type(H5Aget_type(attribute.get()));
+    const Handle opened = impl_->open_attribute(object, name), type(H5Aget_type(opened.get()));
     switch (H5Tget_class(type.get())) {
         case H5T_STRING:
-            return text_attribute(object, name);
+            return attribute<std::string>(object, name);
         case H5T_FLOAT:
-            return fmt::format("{}", number_attribute(object, name));
+            return fmt::to_string(attribute<double>(object, name));
         default:
-            return H5Tget_sign(type.get()) == H5T_SGN_NONE ? fmt::format("{}", uint_attribute(object, name))
-                                                           : fmt::format("{}", int_attribute(object, name));
+            return H5Tget_sign(type.get()) == H5T_SGN_NONE
+                       ? fmt::to_string(attribute<std::uint64_t>(object, name))
+                       : fmt::to_string(attribute<std::int64_t>(object, name));
     }
 }
 

@@ -1,10 +1,15 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <concepts>
+#include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "meshing/h5/types.hpp"
@@ -20,6 +25,7 @@ bool stays_in_folder(const std::filesystem::path& path);
 /// a time.
 class Reader {
  public:
+    struct Impl;
     /// Refuses files of another format or of a newer version of this format.
     Reader(const std::filesystem::path& path, const Format& expected);
     /// Opens any nbdtree file.
@@ -74,16 +80,36 @@ class Reader {
     /// until another one is read, so each chunk is decoded once.
     template <Number T>
     void read_rows(const std::string& dataset, std::size_t begin, std::size_t count, T* values) const {
-        read_some(dataset, type_of<T>(), begin, count, values);
+        read_rows(dataset, type_of<T>(), begin, count, values);
     }
+    /// Likewise numbers of a type that is known at run time.
+    void read_rows(const std::string& dataset, Type type, std::size_t begin, std::size_t count,
+                   void* values) const;
 
     /// Reads a text written by Writer::write_text().
     std::string read_text(const std::string& dataset) const;
 
-    std::string text_attribute(const std::string& object, const std::string& name) const;
-    double number_attribute(const std::string& object, const std::string& name) const;
-    std::int64_t int_attribute(const std::string& object, const std::string& name) const;
-    std::uint64_t uint_attribute(const std::string& object, const std::string& name) const;
+    /// A text or a number that Writer::attribute() wrote. Refuses a number that T cannot hold.
+    template <class T>
+    T attribute(const std::string& object, const std::string& name) const {
+        if constexpr (std::same_as<T, std::string>) {
+            return text_attribute(object, name);
+        } else if constexpr (std::floating_point<T>) {
+            double value = 0;
+            number_attribute(object, name, Type::float64, &value);
+            return static_cast<T>(value);
+        } else {
+            std::conditional_t<std::same_as<T, std::uint64_t>, std::uint64_t, std::int64_t> value = 0;
+            number_attribute(object, name, type_of<decltype(value)>(), &value);
+            if constexpr (std::same_as<T, bool>)
+                return value != 0;
+            else if (std::in_range<T>(value))
+                return static_cast<T>(value);
+            refuse(object + " has " + std::to_string(value) + " as " + name,
+                   std::to_string(std::numeric_limits<T>::min()) + " to " +
+                       std::to_string(std::numeric_limits<T>::max()));
+        }
+    }
     bool has_attribute(const std::string& object, const std::string& name) const;
     /// Sorted names.
     std::vector<std::string> attributes(const std::string& object) const;
@@ -98,11 +124,10 @@ class Reader {
     Shape check(const std::string& dataset, Type type, const Shape& expected) const;
 
  private:
+    std::string text_attribute(const std::string& object, const std::string& name) const;
+    void number_attribute(const std::string& object, const std::string& name, Type type, void* value) const;
     void read_values(const std::string& dataset, Type type, void* values) const;
-    void read_some(const std::string& dataset, Type type, std::size_t begin, std::size_t count,
-                   void* values) const;
 
-    struct Impl;
     std::unique_ptr<Impl> impl_;
 };
 

@@ -13,17 +13,14 @@ namespace nbd::h5 {
 /// ascending.
 template <class T>
 struct SparseRows {
-    std::vector<int> rows{0}, cols;
+    std::vector<int> rows, cols;
     std::vector<T> values;
 
-    explicit SparseRows(const Eigen::SparseMatrix<T, Eigen::RowMajor>& W) {
-        for (Eigen::Index i = 0; i < W.rows(); ++i) {
-            for (typename Eigen::SparseMatrix<T, Eigen::RowMajor>::InnerIterator it(W, i); it; ++it) {
-                cols.push_back(it.col());
-                values.push_back(it.value());
-            }
-            rows.push_back(cols.size());
-        }
+    explicit SparseRows(Eigen::SparseMatrix<T, Eigen::RowMajor> W) {
+        W.makeCompressed();
+        rows.assign(W.outerIndexPtr(), W.outerIndexPtr() + W.rows() + 1);
+        cols.assign(W.innerIndexPtr(), W.innerIndexPtr() + W.nonZeros());
+        values.assign(W.valuePtr(), W.valuePtr() + W.nonZeros());
     }
 };
 

@@ -3,6 +3,8 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -45,13 +47,24 @@ constexpr Type type_of() {
 }
 
 /// Bytes of one number.
-std::size_t size_of(Type type) noexcept;
+constexpr std::size_t size_of(Type type) noexcept {
+    return type == Type::float32 || type == Type::int32 ? sizeof(float) : sizeof(double);
+}
 
 /// NumPy's name of the type: "float32".
-std::string_view name(Type type) noexcept;
+constexpr std::string_view name(Type type) noexcept {
+    constexpr std::string_view names[] = {"float32", "float64", "int32", "int64", "uint64"};
+    return names[static_cast<int>(type)];
+}
 
 /// "10 x 3"; `any` prints as "n", a shape without dimensions as "scalar".
-std::string text(const Shape& shape);
+inline std::string text(const Shape& shape) {
+    if (shape.empty()) return "scalar";
+    std::string result;
+    for (const std::size_t d : shape)
+        result.append(result.empty() ? "" : " x ").append(d == any ? "n" : std::to_string(d));
+    return result;
+}
 
 /// Source of a virtual dataset: a whole dataset of the same type and shape in another file. The file name is
 /// relative to the folder of the referring file.
@@ -60,6 +73,8 @@ struct VirtualSource {
 };
 
 /// Product of the dimensions.
-std::size_t element_count(const Shape& shape) noexcept;
+inline std::size_t element_count(const Shape& shape) noexcept {
+    return std::accumulate(shape.begin(), shape.end(), std::size_t{1}, std::multiplies<>());
+}
 
 }  // namespace nbd::h5

@@ -23,23 +23,11 @@ template <class Error = std::invalid_argument, class... Args>
     throw Error(fmt::format(text, std::forward<Args>(args)...));
 }
 
-std::string place(const TriMesh& mesh, int v) {
-    return fmt::format("({:.6g}, {:.6g}, {:.6g})", mesh.X(v, 0), mesh.X(v, 1), mesh.X(v, 2));
-}
-
-void check_numbers(const TriMesh& mesh) {
-    if (mesh.F.rows() == 0) fail("the surface has no faces");
+void check_size(const TriMesh& mesh) {
     constexpr double most = 1e30;  // metres, which single precision knows
-    for (int v = 0; v < mesh.X.rows(); ++v) {
-        if (!mesh.X.row(v).allFinite()) fail("vertex {} is not finite: {}", v, place(mesh, v));
+    for (int v = 0; v < mesh.X.rows(); ++v)
         if (mesh.X.row(v).cwiseAbs().maxCoeff() > most)
             fail("vertex {} is farther away than {:g} m: {}", v, most, place(mesh, v));
-    }
-    for (int f = 0; f < mesh.F.rows(); ++f)
-        for (int c = 0; c < 3; ++c)
-            if (mesh.F(f, c) < 0 || mesh.F(f, c) >= mesh.X.rows())
-                fail("face {} refers to vertex {}, but the surface has {} vertices", f, mesh.F(f, c),
-                     mesh.X.rows());
 }
 
 bool has_area(const TriMesh& mesh, int f) {
@@ -72,11 +60,7 @@ void check_faces(const TriMesh& mesh) {
 void check_duplicates(const TriMesh& mesh) {
     std::vector<std::pair<std::array<int, 3>, int>> keyed;  // sorted corners, face
     keyed.reserve(mesh.F.rows());
-    for (int f = 0; f < mesh.F.rows(); ++f) {
-        std::array<int, 3> key = {mesh.F(f, 0), mesh.F(f, 1), mesh.F(f, 2)};
-        std::ranges::sort(key);
-        keyed.emplace_back(key, f);
-    }
+    for (int f = 0; f < mesh.F.rows(); ++f) keyed.emplace_back(sorted_corners(mesh.F, f), f);
     std::ranges::sort(keyed);
     std::vector<std::pair<int, int>> repeats;  // face, earlier face
     for (std::size_t i = 1; i < keyed.size(); ++i)
@@ -144,7 +128,8 @@ void check_vertices(const TriMesh& mesh, const EdgeTable& table) {
 }  // namespace
 
 EdgeTable check_surface(const TriMesh& mesh) {
-    check_numbers(mesh);
+    check_arrays(mesh);
+    check_size(mesh);
     check_faces(mesh);
     check_duplicates(mesh);
     EdgeTable table = edge_table(mesh.F);

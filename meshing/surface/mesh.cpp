@@ -1,13 +1,44 @@
 #include "meshing/surface/mesh.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
 namespace nbd {
+
+std::string place(const TriMesh& mesh, Eigen::Index vertex) {
+    return fmt::format("({:.6g}, {:.6g}, {:.6g})", mesh.X(vertex, 0), mesh.X(vertex, 1), mesh.X(vertex, 2));
+}
+
+void check_arrays(const TriMesh& mesh) {
+    if (mesh.F.rows() == 0) throw std::invalid_argument("the surface has no faces");
+    for (Eigen::Index v = 0; v < mesh.X.rows(); ++v)
+        if (!mesh.X.row(v).allFinite())
+            throw std::invalid_argument(fmt::format("vertex {} is not finite: {}", v, place(mesh, v)));
+    for (Eigen::Index f = 0; f < mesh.F.rows(); ++f)
+        for (const int v : mesh.F.row(f))
+            if (v < 0 || v >= mesh.X.rows())
+                throw std::invalid_argument(fmt::format(
+                    "face {} refers to vertex {}, but the surface has {} vertices", f, v, mesh.X.rows()));
+}
+
+std::array<int, 3> sorted_corners(const Faces& F, Eigen::Index f) noexcept {
+    std::array<int, 3> corners = {F(f, 0), F(f, 1), F(f, 2)};
+    std::ranges::sort(corners);
+    return corners;
+}
+
+double volume(const TetMesh& tets, Eigen::Index t) {
+    const Eigen::RowVector3d a = tets.X.row(tets.T(t, 0)), b = tets.X.row(tets.T(t, 1)) - a,
+                             c = tets.X.row(tets.T(t, 2)) - a;
+    return b.cross(c).dot(tets.X.row(tets.T(t, 3)) - a) / 6;
+}
 
 double area(NodesRef X, FacesRef F) {
     double sum = 0;
@@ -90,6 +121,32 @@ double vertex_gap(const TriMesh& mesh) {
         largest = std::max(largest, gap_of_face({edge(0, 1), edge(1, 2), edge(2, 0)}));
     }
     return largest;
+}
+
+namespace {
+
+double squared_distance_to_segment(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
+                                   const Eigen::Vector3d& b) {
+    const Eigen::Vector3d ab = b - a;
+    const double length = ab.squaredNorm();
+    const double s = length > 0 ? std::clamp((p - a).dot(ab) / length, 0., 1.) : 0;
+    return (a + s * ab - p).squaredNorm();
+}
+
+}  // namespace
+
+double squared_distance_to_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
+                                    const Eigen::Vector3d& b, const Eigen::Vector3d& c) noexcept {
+    const Eigen::Vector3d n = (b - a).cross(c - a);
+    const auto inside = [&](const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+        return n.cross(to - from).dot(p - from) >= 0;
+    };
+    if (n.squaredNorm() > 0 && inside(a, b) && inside(b, c) && inside(c, a)) {
+        const double height = n.dot(p - a);
+        return height * height / n.squaredNorm();
+    }
+    return std::min({squared_distance_to_segment(p, a, b), squared_distance_to_segment(p, b, c),
+                     squared_distance_to_segment(p, c, a)});
 }
 
 }  // namespace nbd

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <numeric>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -42,8 +43,8 @@ std::vector<int> vertex_of_each_part(const TriMesh& mesh) {
     return vertices;
 }
 
-}  // namespace
-
+/// How often the surface winds around a point: near 1 or -1 within a closed one, near 0 outside. faces: those
+/// of mesh.F that count. The point must not lie on them.
 double winding_number(const TriMesh& mesh, std::span<const int> faces, const Eigen::RowVector3d& point) {
     double angle = 0;
     for (const int f : faces) {
@@ -55,6 +56,8 @@ double winding_number(const TriMesh& mesh, std::span<const int> faces, const Eig
     }
     return angle / (4 * std::numbers::pi);
 }
+
+}  // namespace
 
 Containment containment(const TriMesh& inner, const TriMesh& outer) {
     if (!closed_edges(outer.F)) return Containment::none;

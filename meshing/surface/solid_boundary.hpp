@@ -1,16 +1,11 @@
 #pragma once
 
 #include <optional>
-#include <span>
 #include <string>
 
 #include "meshing/surface/mesh.hpp"
 
 namespace nbd {
-
-/// How often the surface winds around a point: near 1 or -1 within a closed one, near 0 outside. faces: those
-/// of mesh.F that count. The point must not lie on them.
-double winding_number(const TriMesh& mesh, std::span<const int> faces, const Eigen::RowVector3d& point);
 
 /// Which part of a surface lies within another one that it does not meet.
 enum class Containment { none, some_parts, whole };

@@ -124,10 +124,7 @@ void check_filled(const TriMesh& surface, const TetMesh& tets) {
         throw std::runtime_error("gmsh moved or lost vertices of the surface");
     std::vector<char> used(tets.X.rows());
     for (int t = 0; t < tets.T.rows(); ++t) {
-        const Eigen::RowVector3d a = tets.X.row(tets.T(t, 0));
-        const Eigen::RowVector3d ab = tets.X.row(tets.T(t, 1)) - a, ac = tets.X.row(tets.T(t, 2)) - a,
-                                 ad = tets.X.row(tets.T(t, 3)) - a;
-        if (!(ab.cross(ac).dot(ad) > 0))
+        if (!(volume(tets, t) > 0))
             throw std::runtime_error(fmt::format("gmsh made tetrahedron {} flat or inverted", t));
         for (int c = 0; c < 4; ++c) used[tets.T(t, c)] = 1;
     }

@@ -23,6 +23,9 @@ double radius_ratio(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Ei
     return denominator > 0 ? 6 * std::abs(six_volumes) * six_volumes / denominator : 0;
 }
 
+namespace {
+
+/// In degrees, in [0, 180], for the edges ab ac ad bc bd cd.
 std::array<double, 6> dihedral_angles(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                                       const Eigen::Vector3d& c, const Eigen::Vector3d& d) {
     // Dihedral angle at edge pq between the faces through r and s.
@@ -35,6 +38,8 @@ std::array<double, 6> dihedral_angles(const Eigen::Vector3d& a, const Eigen::Vec
             angle(b, c, a, d), angle(b, d, a, c), angle(c, d, a, b)};
 }
 
+}  // namespace
+
 TetQuality tet_quality(const TetMesh& tets) {
     TetQuality q;
     q.nodes = tets.X.rows();
@@ -44,9 +49,9 @@ TetQuality tet_quality(const TetMesh& tets) {
     for (int t = 0; t < q.tets; ++t) {
         const Eigen::Vector3d a = tets.X.row(tets.T(t, 0)), b = tets.X.row(tets.T(t, 1)),
                               c = tets.X.row(tets.T(t, 2)), d = tets.X.row(tets.T(t, 3));
-        const double volume = (b - a).cross(c - a).dot(d - a) / 6, ratio = radius_ratio(a, b, c, d);
-        q.volume += volume;
-        q.volume_min = std::min(q.volume_min, volume);
+        const double part = volume(tets, t), ratio = radius_ratio(a, b, c, d);
+        q.volume += part;
+        q.volume_min = std::min(q.volume_min, part);
         q.radius_ratio_mean += ratio / q.tets;
         if (ratio < q.radius_ratio_min) {
             q.radius_ratio_min = ratio;

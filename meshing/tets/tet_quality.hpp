@@ -30,10 +30,6 @@ TetQuality tet_quality(const TetMesh& tets);
 double radius_ratio(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
                     const Eigen::Vector3d& d);
 
-/// The six dihedral angles in degrees, in [0, 180], for the edges ab ac ad bc bd cd.
-std::array<double, 6> dihedral_angles(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
-                                      const Eigen::Vector3d& c, const Eigen::Vector3d& d);
-
 /// The measures as a small text table; every line ends in a newline.
 std::string to_text(const TetQuality& quality);
 

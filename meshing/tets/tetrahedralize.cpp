@@ -106,20 +106,6 @@ Eigen::VectorXd mean_edge_lengths(const TriMesh& surface) {
     return sum;
 }
 
-/// gmsh aborts the process on non-finite numbers and reads out of bounds on bad indices.
-void check_arrays(const TriMesh& surface) {
-    if (surface.F.rows() < 4) throw std::invalid_argument("a closed surface has at least 4 faces");
-    for (int v = 0; v < surface.X.rows(); ++v)
-        if (!surface.X.row(v).allFinite())
-            throw std::invalid_argument(fmt::format("vertex {} is not finite", v));
-    for (int f = 0; f < surface.F.rows(); ++f)
-        for (int c = 0; c < 3; ++c)
-            if (surface.F(f, c) < 0 || surface.F(f, c) >= surface.X.rows())
-                throw std::invalid_argument(
-                    fmt::format("face {} refers to vertex {}, but the mesh has {} vertices", f,
-                                surface.F(f, c), surface.X.rows()));
-}
-
 /// One parameter s for both settings: grading for s > 0, refinement for s < 0. It is scaled so that ln(inner
 /// nodes) falls with a slope near -1.
 struct Coarseness {
@@ -227,7 +213,9 @@ TetrahedralizeResult tetrahedralize(const TriMesh& surface, const Tetrahedralize
     if (!(config.grading >= 0 && config.grading <= max_grading))
         throw std::invalid_argument(
             fmt::format("grading is {}; allowed: 0 to {}", config.grading, max_grading));
-    check_arrays(surface);
+    if (surface.F.rows() < 4) throw std::invalid_argument("a closed surface has at least 4 faces");
+    check_arrays(
+        surface);  // gmsh aborts the process on other numbers and reads out of bounds on other indices
     TetrahedralizeResult result =
         config.nodes > 0
             ? search_nodes(surface, config)

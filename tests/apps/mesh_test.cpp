@@ -90,16 +90,13 @@ TEST_F(Mesh, RefusesSurfacesThatNeedMoreMemoryThanThereIs) {
         std::filesystem::resize_file(folder() / name, 20 * faces);
     for (const std::string name : {"huge.ply", "huge.off"}) {
         const std::string said = error("mesh " + name + " -o huge.h5 --cage 500");
-        EXPECT_THAT(
-            said,
-            testing::StartsWith(fmt::format(
-                "nbdtree: error: {}: about 4000000000 faces need about 1862.6 GiB of memory, but ", name)));
+        EXPECT_THAT(said, testing::StartsWith(fmt::format(
+                              "nbdtree: error: {}: reading it takes about 596.0 GiB of memory, but ", name)));
         EXPECT_EQ(std::ranges::count(said, '\n'), 1);
         EXPECT_FALSE(std::filesystem::exists(folder() / "huge.h5"));
     }
     write("short.ply", ply);  // too short for what its header says
-    EXPECT_THAT(error("mesh short.ply -o x.h5 --cage 500"),
-                testing::HasSubstr("the file ends early, in vertex 0 of 2000000000"));
+    EXPECT_THAT(error("mesh short.ply -o x.h5 --cage 500"), testing::HasSubstr("the file ends early"));
 }
 
 }  // namespace

@@ -36,36 +36,12 @@ void* __libc_memalign(std::size_t, std::size_t);
 
 namespace {
 
-enum class Call { none, open, read, write, sync, truncate, rename, make_folder, map, allocate };
-enum class Action { once, from, half, kill };
-
 // Set before main() begins, constant while it runs.
-Call chosen = Call::none;
-Action action = Action::once;
+std::string_view chosen, action;
 long chosen_number = 0;
 
 std::atomic<bool> active = false;
 std::atomic<long> calls = 0;
-
-Call call_named(std::string_view name) {
-    if (name == "open") return Call::open;
-    if (name == "read") return Call::read;
-    if (name == "write") return Call::write;
-    if (name == "sync") return Call::sync;
-    if (name == "truncate") return Call::truncate;
-    if (name == "rename") return Call::rename;
-    if (name == "mkdir") return Call::make_folder;
-    if (name == "map") return Call::map;
-    if (name == "allocate") return Call::allocate;
-    return Call::none;
-}
-
-Action action_named(std::string_view name) {
-    if (name == "from") return Action::from;
-    if (name == "half") return Action::half;
-    if (name == "kill") return Action::kill;
-    return Action::once;
-}
 
 std::string_view setting(const char* name) {
     const char* value = std::getenv(name);
@@ -73,12 +49,12 @@ std::string_view setting(const char* name) {
 }
 
 /// Counts a call. Returns whether it must fail.
-bool fails(Call call) {
-    if (call != chosen || !active) return false;
+bool fails(std::string_view call) {
+    if (!active || call != chosen) return false;
     const long number = ++calls;
     if (chosen_number == 0 || number < chosen_number) return false;
-    if (action == Action::kill) raise(SIGKILL);
-    return number == chosen_number || action != Action::once;
+    if (action == "kill") raise(SIGKILL);
+    return number == chosen_number || action != "once";
 }
 
 bool is_file(int descriptor) {
@@ -89,10 +65,10 @@ bool is_file(int descriptor) {
     return found;
 }
 
-bool fails(Call call, int descriptor) { return is_file(descriptor) && fails(call); }
+bool fails(std::string_view call, int descriptor) { return is_file(descriptor) && fails(call); }
 
 /// Whether this write is the one that stores half of its bytes.
-bool is_half() { return action == Action::half && calls == chosen_number; }
+bool is_half() { return action == "half" && calls == chosen_number; }
 
 template <class Function>
 Function next(Function, const char* name) {
@@ -122,7 +98,7 @@ int find_program_code(dl_phdr_info* object, std::size_t, void*) {
 /// Whether an allocation that returns to this place must fail.
 bool fails_from(const void* place) {
     const auto address = reinterpret_cast<std::uintptr_t>(place);
-    return address >= program_code.begin && address < program_code.end && fails(Call::allocate);
+    return address >= program_code.begin && address < program_code.end && fails("allocate");
 }
 
 using Main = int (*)(int, char**, char**);
@@ -130,8 +106,8 @@ Main real_main = nullptr;
 
 int run_main(int argc, char** argv, char** environment) {
     dl_iterate_phdr(find_program_code, nullptr);
-    chosen = call_named(setting("NBD_FAULT_CALL"));
-    action = action_named(setting("NBD_FAULT_ACTION"));
+    chosen = setting("NBD_FAULT_CALL");
+    action = setting("NBD_FAULT_ACTION");
     chosen_number = std::atol(setting("NBD_FAULT_AT").data());
     active = true;
     const int status = real_main(argc, argv, environment);
@@ -168,7 +144,7 @@ int open(const char* path, int flags, ...) {
     va_start(arguments, flags);
     const int mode = open_mode(flags, arguments);
     va_end(arguments);
-    if (changes(flags) && fails(Call::open)) return failed(EMFILE, -1);
+    if (changes(flags) && fails("open")) return failed(EMFILE, -1);
     return real(path, flags, mode);
 }
 
@@ -182,7 +158,7 @@ int open64(const char* path, int flags, ...) {
 
 std::FILE* fopen(const char* path, const char* mode) {
     static const auto real = next(&fopen, "fopen");
-    if (mode[0] != 'r' && fails(Call::open)) return failed<std::FILE*>(EMFILE, nullptr);
+    if (mode[0] != 'r' && fails("open")) return failed<std::FILE*>(EMFILE, nullptr);
     return real(path, mode);
 }
 
@@ -190,13 +166,13 @@ std::FILE* fopen64(const char* path, const char* mode) { return fopen(path, mode
 
 ssize_t read(int descriptor, void* bytes, std::size_t size) {
     static const auto real = next(&read, "read");
-    if (fails(Call::read, descriptor)) return failed<ssize_t>(EIO, -1);
+    if (fails("read", descriptor)) return failed<ssize_t>(EIO, -1);
     return real(descriptor, bytes, size);
 }
 
 ssize_t pread(int descriptor, void* bytes, std::size_t size, off_t place) {
     static const auto real = next(&pread, "pread");
-    if (fails(Call::read, descriptor)) return failed<ssize_t>(EIO, -1);
+    if (fails("read", descriptor)) return failed<ssize_t>(EIO, -1);
     return real(descriptor, bytes, size, place);
 }
 
@@ -206,7 +182,7 @@ ssize_t pread64(int descriptor, void* bytes, std::size_t size, off64_t place) {
 
 ssize_t write(int descriptor, const void* bytes, std::size_t size) {
     static const auto real = next(&write, "write");
-    if (fails(Call::write, descriptor)) {
+    if (fails("write", descriptor)) {
         if (!is_half() || size < 2) return failed<ssize_t>(ENOSPC, -1);
         size /= 2;
     }
@@ -215,7 +191,7 @@ ssize_t write(int descriptor, const void* bytes, std::size_t size) {
 
 ssize_t pwrite(int descriptor, const void* bytes, std::size_t size, off_t place) {
     static const auto real = next(&pwrite, "pwrite");
-    if (fails(Call::write, descriptor)) {
+    if (fails("write", descriptor)) {
         if (!is_half() || size < 2) return failed<ssize_t>(ENOSPC, -1);
         size /= 2;
     }
@@ -228,40 +204,40 @@ ssize_t pwrite64(int descriptor, const void* bytes, std::size_t size, off64_t pl
 
 ssize_t writev(int descriptor, const struct iovec* parts, int count) {
     static const auto real = next(&writev, "writev");
-    if (fails(Call::write, descriptor)) return failed<ssize_t>(ENOSPC, -1);
+    if (fails("write", descriptor)) return failed<ssize_t>(ENOSPC, -1);
     return real(descriptor, parts, count);
 }
 
 int fsync(int descriptor) {
     static const auto real = next(&fsync, "fsync");
-    return fails(Call::sync, descriptor) ? failed(EIO, -1) : real(descriptor);
+    return fails("sync", descriptor) ? failed(EIO, -1) : real(descriptor);
 }
 
 int fdatasync(int descriptor) {
     static const auto real = next(&fdatasync, "fdatasync");
-    return fails(Call::sync, descriptor) ? failed(EIO, -1) : real(descriptor);
+    return fails("sync", descriptor) ? failed(EIO, -1) : real(descriptor);
 }
 
 int ftruncate(int descriptor, off_t size) noexcept {
     static const auto real = next(&ftruncate, "ftruncate");
-    return fails(Call::truncate, descriptor) ? failed(ENOSPC, -1) : real(descriptor, size);
+    return fails("truncate", descriptor) ? failed(ENOSPC, -1) : real(descriptor, size);
 }
 
 int ftruncate64(int descriptor, off64_t size) noexcept { return ftruncate(descriptor, size); }
 
 int rename(const char* from, const char* to) noexcept {
     static const auto real = next(&rename, "rename");
-    return fails(Call::rename) ? failed(EACCES, -1) : real(from, to);
+    return fails("rename") ? failed(EACCES, -1) : real(from, to);
 }
 
 int mkdir(const char* path, mode_t mode) noexcept {
     static const auto real = next(&mkdir, "mkdir");
-    return fails(Call::make_folder) ? failed(ENOSPC, -1) : real(path, mode);
+    return fails("mkdir") ? failed(ENOSPC, -1) : real(path, mode);
 }
 
 void* mmap(void* address, std::size_t size, int protection, int flags, int descriptor, off_t place) noexcept {
     static const auto real = next(&mmap, "mmap");
-    if (descriptor >= 0 && fails(Call::map)) return failed(ENOMEM, MAP_FAILED);
+    if (descriptor >= 0 && fails("map")) return failed(ENOMEM, MAP_FAILED);
     return real(address, size, protection, flags, descriptor, place);
 }
 
@@ -282,14 +258,13 @@ void* realloc(void* memory, std::size_t size) noexcept {
 }  // extern "C"
 
 void* operator new(std::size_t size) {
-    void* memory = fails(Call::allocate) ? nullptr : __libc_malloc(size);
+    void* memory = fails("allocate") ? nullptr : __libc_malloc(size);
     if (!memory) throw std::bad_alloc();
     return memory;
 }
 
 void* operator new(std::size_t size, std::align_val_t alignment) {
-    void* memory =
-        fails(Call::allocate) ? nullptr : __libc_memalign(static_cast<std::size_t>(alignment), size);
+    void* memory = fails("allocate") ? nullptr : __libc_memalign(static_cast<std::size_t>(alignment), size);
     if (!memory) throw std::bad_alloc();
     return memory;
 }

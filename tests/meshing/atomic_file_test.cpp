@@ -1,8 +1,6 @@
 #include "meshing/h5/atomic_file.hpp"
 
 #include <gtest/gtest.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -100,25 +98,10 @@ TEST_F(AtomicFileTest, RejectsAReadOnlyFolder) {
     std::filesystem::permissions(folder, owner_all);
 }
 
-/// Runs `action` in a separate process and returns its exit status.
-template <class Action>
-int in_child(const Action& action) {
-    const pid_t child = fork();
-    if (child == 0) {
-        action();
-        _exit(0);
-    }
-    int status = 0;
-    waitpid(child, &status, 0);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-}
-
 TEST_F(AtomicFileTest, ReportsAFailedWrite) {
     const auto path = folder / "big.csv";
-    const int status = in_child([&] {
-        std::signal(SIGXFSZ, SIG_IGN);
-        const rlimit limit{100000, 100000};
-        setrlimit(RLIMIT_FSIZE, &limit);
+    const int status = test::in_child([&] {
+        test::limit_file_size(100000);
         const std::string error = error_of([&] {
             AtomicFile file(path);
             file.out() << std::string(300000, 'x');
@@ -131,7 +114,7 @@ TEST_F(AtomicFileTest, ReportsAFailedWrite) {
 }
 
 TEST_F(AtomicFileTest, IsRemovedByASignalHandler) {
-    const int status = in_child([&] {
+    const int status = test::in_child([&] {
         std::signal(SIGINT, [](int) {
             remove_temporaries();
             _exit(7);

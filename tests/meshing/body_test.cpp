@@ -116,30 +116,17 @@ TEST_F(BodyFile, DetectsRandomDamage) {
     });
 }
 
-struct BrokenBody {
-    const char* what;  // message after the path
-    void (*edit)(EditFile&);
-};
-
-std::ostream& operator<<(std::ostream& out, const BrokenBody& broken) { return out << broken.what; }
-
-class BrokenBodyFile : public BodyFile, public ::testing::WithParamInterface<BrokenBody> {};
+class BrokenBodyFile : public BodyFile, public ::testing::WithParamInterface<test::BrokenFile> {};
 
 TEST_P(BrokenBodyFile, IsRejectedInOneLine) {
     const auto path = folder / "body.h5";
     save_body(path, two_tets());
-    {
-        EditFile file(path);
-        GetParam().edit(file);
-    }
-    const std::string error = error_of([&] { load_body(path); });
-    test::expect_clear(error, path);
-    EXPECT_NE(error.find(GetParam().what), std::string::npos) << error;
+    test::expect_refused(path, GetParam(), [](const auto& file) { load_body(file); });
 }
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-const BrokenBody broken_bodies[] = {
+const test::BrokenFile broken_bodies[] = {
     {"is a file of format 'nbdtree tree'; allowed: 'nbdtree body'",
      [](EditFile& f) { f.set_attribute("/", "format", "nbdtree tree"); }},
     {"is an HDF5 file without attribute 'format'; allowed: a file written by nbdtree",

@@ -87,8 +87,8 @@ TriMesh without_loose_vertices(const TriMesh& mesh) {
 
 TEST(CageBody, HoldsAnOpenBox) {
     const CageBody made = checked_body(without_loose_vertices(open_box()), 600);
-    EXPECT_EQ(made.report.soup.given.open_edges, 16);
-    EXPECT_EQ(made.report.soup.given.shells, 1);
+    EXPECT_EQ(made.report.soup.open_edges, 16);
+    EXPECT_EQ(made.report.soup.shells, 1);
     EXPECT_GT(made.report.distance, 0.9 * made.report.offset);
 }
 
@@ -109,8 +109,8 @@ TEST(CageBody, HoldsCrossingBoxes) {
     const TriMesh soup =
         test::joined(test::box(1, 0.3, 0.3, 3), test::moved(test::box(0.3, 1, 0.3, 3), 0.2, -0.4, 0.1));
     const CageBody made = checked_body(soup, 800);
-    EXPECT_EQ(made.report.soup.given.shells, 2);
-    EXPECT_EQ(made.report.soup.given.open_edges, 0);
+    EXPECT_EQ(made.report.soup.shells, 2);
+    EXPECT_EQ(made.report.soup.open_edges, 0);
     EXPECT_GT(made.report.volume, 0.15);
     EXPECT_LT(made.report.volume, 0.4);
 }
@@ -140,7 +140,7 @@ TEST(CageBody, DropsFacesThatRepeatAVertex) {
     const CageBody made = make_cage_body("ball", soup, 500);
     EXPECT_EQ(made.body.surface.F, ball.F);
     EXPECT_EQ(made.body.surface.X, ball.X);
-    EXPECT_EQ(made.report.soup.given.repeating_faces, 2);
+    EXPECT_EQ(made.report.soup.repeating_faces, 2);
     EXPECT_NE(
         describe(made.report).find("; 2 faces repeat a vertex; dropped the faces that repeat a vertex\n"),
         std::string::npos)
@@ -157,7 +157,7 @@ TEST(CageBody, HoldsTrianglesWithoutAnyOrder) {
         for (int k = 0; k < 3; ++k) soup.X(v, k) = static_cast<float>(number(random));
     for (int f = 0; f < 200; ++f) soup.F.row(f) << 3 * f, 3 * f + 1, 3 * f + 2;
     const CageBody made = checked_body(soup, 1000);
-    EXPECT_EQ(made.report.soup.given.shells, 200);
+    EXPECT_EQ(made.report.soup.shells, 200);
 }
 
 TEST(CageBody, MakesASlabOfAFlatSheet) {
@@ -259,7 +259,7 @@ TEST(CageBody, HoldsTheStanfordBunny) {
     const auto path = std::filesystem::path(NBD_SHARED_MESHES).parent_path() / "scans/bunny.obj";
     if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " does not exist";
     const CageBody made = checked_body(read_surface(path), 2000);
-    EXPECT_EQ(made.report.soup.given.open_edges, 223);
+    EXPECT_EQ(made.report.soup.open_edges, 223);
     EXPECT_GT(made.report.volume, 7.5e-4);
 }
 
@@ -268,8 +268,8 @@ TEST(CageBody, HoldsAGeckoWithHoles) {
     const Eigen::Index kept = gecko.F.rows() - 40;  // the last faces: a hole, or several
     gecko.F.conservativeResize(kept, 3);
     const CageBody made = checked_body(without_loose_vertices(gecko), 2000);
-    EXPECT_GT(made.report.soup.given.open_edges, 5);
-    EXPECT_EQ(made.report.soup.given.shells, 1);
+    EXPECT_GT(made.report.soup.open_edges, 5);
+    EXPECT_EQ(made.report.soup.shells, 1);
     EXPECT_GT(made.report.volume, 0);
 }
 

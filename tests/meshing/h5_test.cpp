@@ -1,18 +1,16 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include <csignal>
 #include <cstdlib>
 #include <iostream>
 #include <numeric>
 #include <thread>
 
-#include "meshing/h5/content_hash.hpp"
 #include "meshing/h5/inspect.hpp"
 #include "meshing/h5/reader.hpp"
+#include "meshing/h5/sha256.hpp"
 #include "meshing/h5/writer.hpp"
 #include "tests/support/edit_file.hpp"
 #include "tests/support/error_of.hpp"
@@ -128,12 +126,12 @@ TEST_F(H5Test, RoundTripsNumbersTextsAndAttributes) {
     EXPECT_TRUE(file.read<int>("empty", {any}).empty());
     EXPECT_EQ(file.read_text("text"), long_text);
     EXPECT_EQ(file.read_text("nothing"), "");
-    EXPECT_EQ(file.int_attribute("a", "id"), -5);
-    EXPECT_EQ(file.uint_attribute("a", "seed"), ~std::uint64_t{0});
-    EXPECT_EQ(file.number_attribute("/", "ratio"), static_cast<double>(0.1f));
-    EXPECT_EQ(file.text_attribute("/", "name"), "K\u00f6rper");
-    EXPECT_EQ(file.text_attribute("/", "none"), "");
-    EXPECT_EQ(file.text_attribute("/", "units"), "m, s, kg");
+    EXPECT_EQ(file.attribute<std::int64_t>("a", "id"), -5);
+    EXPECT_EQ(file.attribute<std::uint64_t>("a", "seed"), ~std::uint64_t{0});
+    EXPECT_EQ(file.attribute<double>("/", "ratio"), static_cast<double>(0.1f));
+    EXPECT_EQ(file.attribute<std::string>("/", "name"), "K\u00f6rper");
+    EXPECT_EQ(file.attribute<std::string>("/", "none"), "");
+    EXPECT_EQ(file.attribute<std::string>("/", "units"), "m, s, kg");
     EXPECT_EQ(file.children("a"), (std::vector<std::string>{"b", "large", "matrix"}));
     EXPECT_TRUE(file.is_group("a/b"));
     EXPECT_FALSE(file.has("a/none/deep"));
@@ -149,14 +147,14 @@ TEST_F(H5Test, RefusesATextAttributeOfADamagedLength) {
         file.attribute("a", "name", std::string(length, 'q'));
         file.commit();
     }
-    EXPECT_EQ(Reader(path, format).text_attribute("a", "name").size(), length);
+    EXPECT_EQ(Reader(path, format).attribute<std::string>("a", "name").size(), length);
     std::string bytes = test::read_bytes(path);
     const std::string stored(reinterpret_cast<const char*>(&length), sizeof length);
     const std::size_t at = bytes.find(stored);
     ASSERT_NE(at, std::string::npos);
     bytes.replace(at, sizeof other, reinterpret_cast<const char*>(&other), sizeof other);
     test::write_bytes(path, bytes);
-    const std::string error = error_of([&] { Reader(path, format).text_attribute("a", "name"); });
+    const std::string error = error_of([&] { Reader(path, format).attribute<std::string>("a", "name"); });
     test::expect_clear(error, path);
     EXPECT_NE(error.find("damaged"), std::string::npos) << error;
 }
@@ -280,9 +278,7 @@ TEST_F(H5Test, CanBeUsedOnSeveralThreads) {
 /// Writes four datasets of 400 kB and a growing one under a limit on the file size, which acts like a disk
 /// with `room` bytes free. Returns the error.
 std::string write_into(const std::filesystem::path& path, rlim_t room) {
-    std::signal(SIGXFSZ, SIG_IGN);
-    const rlimit limit{room, RLIM_INFINITY};
-    setrlimit(RLIMIT_FSIZE, &limit);
+    test::limit_file_size(room);
     return error_of([&] {
         Writer file(path, format);
         const int growing = file.begin_growing("growing", Type::float32, {100}, 50);
@@ -296,9 +292,7 @@ std::string write_into(const std::filesystem::path& path, rlim_t room) {
 
 TEST_F(H5Test, ReportsAFullDiskAtEveryPoint) {
     const auto path = folder / "a.h5";
-    const pid_t child = fork();  // a child process, because the limit applies to the whole process and must
-                                 // not outlast the test
-    if (child == 0) {
+    const int status = test::in_child([&] {  // the limit applies to the whole process
         const std::string expected = path.string() + ": cannot write: File too large";
         for (rlim_t room = 0; room < 1700000; room += 41234)
             if (const std::string error = write_into(path, room);
@@ -306,12 +300,9 @@ TEST_F(H5Test, ReportsAFullDiskAtEveryPoint) {
                 std::cerr << room << " gave " << error << std::endl;
                 std::exit(1);
             }
-        std::exit(write_into(path, RLIM_INFINITY).empty() ? 0 : 2);
-    }
-    int status = 0;
-    waitpid(child, &status, 0);
-    EXPECT_TRUE(WIFEXITED(status));
-    EXPECT_EQ(WEXITSTATUS(status), 0);
+        std::exit(write_into(path, RLIM_INFINITY).empty() ? 0 : 2);  // HDF5 must be able to shut down
+    });
+    EXPECT_EQ(status, 0);
     EXPECT_EQ(Reader(path, format).read<int>("3/x", {100000})[99999], 3);
     EXPECT_EQ(files_in_folder(), 1u);
 }

@@ -1,14 +1,12 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
-#include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "meshing/formats/read_surface.hpp"
 #include "meshing/formats/surface_formats.hpp"
 #include "tests/meshing/shapes.hpp"
 #include "tests/meshing/surface_files.hpp"
-#include "tests/support/error_of.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace nbd {
@@ -20,18 +18,6 @@ using nlohmann::json;
 template <class T>
 void append(std::string& bytes, std::initializer_list<T> values) {
     for (const T value : values) bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
-
-/// A file of the text and the data.
-std::string glb(const json& scene, const std::string& data) {
-    std::string text = scene.dump();
-    text.resize((text.size() + 3) / 4 * 4, ' ');
-    std::string file = "glTF";
-    append<std::uint32_t>(file, {2, static_cast<std::uint32_t>(28 + text.size() + data.size()),
-                                 static_cast<std::uint32_t>(text.size())});
-    file += "JSON" + text;
-    append<std::uint32_t>(file, {static_cast<std::uint32_t>(data.size())});
-    return file + std::string("BIN\0", 4) + data;
 }
 
 /// A tetrahedron whose corners are 16-bit integers, in thousandths, each followed by two bytes of padding.
@@ -51,11 +37,9 @@ class ReadGlb : public testing::Test {
             "extensionsUsed":["KHR_mesh_quantization"],"extensionsRequired":["KHR_mesh_quantization"]})");
     }
 
-    TriMesh read() { return read_surface(folder_.write("a.glb", glb(scene, data))); }
-    std::string refusal() {
-        const auto path = folder_.write("a.glb", glb(scene, data));
-        return error_of([&] { read_surface(path); });
-    }
+    std::filesystem::path write() { return folder_.write("a.glb", glb_of(scene.dump(), data)); }
+    TriMesh read() { return read_surface(write()); }
+    std::string refusal() { return reading_error(write()); }
 
     json scene;
     std::string data;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <fstream>
 #include <initializer_list>
 #include <string>
 #include <utility>
@@ -72,13 +71,15 @@ TEST(ReadSurface, ReportsErrorsInOffFiles) {
     const Refusals cases = {
         {"3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "does not start with \"OFF\""},
         {"4OFF\n3 1 0\n", "\"4OFF\" is not three-dimensional"},
-        {"OFF\n# nothing else\n", "the file ends early, before the counts"},
-        {"OFF BINARY\n", "the header: \"BINARY\" is not a number"},
-        {"OFF\n3 999999999 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "ends early, before face 1 of 999999999"},
+        {"OFF\n# nothing else\n", "line 3: the file ends early"},
+        {"OFF BINARY\n", "line 1: expected an integer, found 'BINARY'"},
+        {"OFF\n3 999999999 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+         "claims 999999999 faces, but the rest of the file holds at most"},
         {"OFF\n4 1 0\n0 0 0\n1 0 0\n0 1 0\n", "ends early, before vertex 3 of 4"},
         {"OFF\n3 1 0\n0 0 0\n1 0\n0 1 0\n3 0 1 2\n", "vertex 1 of 3 ends early"},
-        {"OFF\n3 1 0\n0 0 0\n1x 0 0\n0 1 0\n3 0 1 2\n", "\"1x\" is not a number"},
-        {"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n9 0 1 2\n", "face 0 of 1 ends early"},
+        {"OFF\n3 1 0\n0 0 0\n1x 0 0\n0 1 0\n3 0 1 2\n", "line 4: expected a number, found '1x'"},
+        {"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n9 0 1 2\n",
+         "claims 9 corners, but the rest of the file holds at most"},
         {"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n",
          "face 0 refers to vertex 7, but the file has 3 vertices"},
         {"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n", "face 0 refers to vertex -1"},
@@ -117,7 +118,7 @@ TEST(ReadSurface, ReportsErrorsInPlyFiles) {
         {with("vertex_indices", "corners"), "no face property \"vertex_indices\""},
         {with("end_header\n", ""), "unknown keyword"},
         {with("element vertex 4\n", ""), "a property comes before the first element"},
-        {with("face 4", "face 5"), "the file ends early, in face 4 of 5"},
+        {with("face 4", "face 5"), "line 19: the file ends early"},
         {with("face 4", "face 0"), "no faces in the file"},
         {with("3 0", "3 9"), "face 0 refers to vertex 9, but the file has 4 vertices"},
         {with("3 0", "3 -1"), "face 0 refers to vertex -1, but the file has 4 vertices"},
@@ -163,7 +164,7 @@ TEST(ReadSurface, ReportsErrorsInPlyStrips) {
         "a.ply", {{ply_of_strips("3 0 1 5\n", 1), "face 0 refers to vertex 5, but the file has 5 vertices"},
                   {ply_of_strips("3 0 1 -2\n", 1), "face 0 refers to vertex -2, but the file has 5 vertices"},
                   {ply_of_strips("3 0 1 1.5\n", 1), "strip 0 refers to vertex 1.5"},
-                  {ply_of_strips("4 0 1 2\n", 1), "the file ends early, in tristrips 0 of 1"},
+                  {ply_of_strips("4 0 1 2\n", 1), "line 16: the file ends early"},
                   {ply_of_strips("2 0 1\n", 1), "no faces in the file"}});
 }
 
@@ -230,36 +231,6 @@ TEST_F(ReadStl, NamesThePlaceOfWhatIsWrong) {
         {with("   vertex 0 0 0\n", ""), "facet 0 has 2 vertices; allowed: at least 3"},
         {text.substr(0, text.find("endfacet")), "the file ends early, in a facet"}};
     expect_refused("a.stl", cases);
-}
-
-/// About how many faces a file of these bytes holds. bytes_more: zeros at its end.
-std::uint64_t faces_of(const std::string& name, const std::string& content, std::uintmax_t bytes_more = 0) {
-    const test::TemporaryFolder folder;
-    const auto path = folder.path() / name;
-    std::ofstream(path, std::ios::binary) << content;
-    std::filesystem::resize_file(path, content.size() + bytes_more);
-    return estimate_faces(path);
-}
-
-TEST(EstimateFaces, ReadsHeadersAndCountsLines) {
-    const std::string ply = "ply\nformat ascii 1.0\nelement vertex 3\nelement face 1000\nend_header\n";
-    EXPECT_EQ(faces_of("a.ply", ply, 4000), 1000u);
-    EXPECT_EQ(faces_of("a.PLY", ply, 4000), 1000u);
-    EXPECT_EQ(faces_of("a.off", "OFF # a comment\n# another\n 500 1000 0\n", 9000), 1000u);
-    EXPECT_EQ(faces_of("a.obj", "v 0 0 0\nf 1 2 3\nvn 1 0 0\nf 1 2 3\n# f\nf 3 2 1\n"), 3u);
-    const std::string stl = std::string(80, ' ') + std::string("\x10\x27\0\0", 4);
-    EXPECT_EQ(faces_of("a.stl", stl, 500000), 10000u);
-    EXPECT_EQ(faces_of("text.stl", "solid a\n", 200000), 1000u);
-}
-
-TEST(EstimateFaces, BelievesNoHeaderThatItsFileCannotHold) {
-    EXPECT_LT(faces_of("a.ply", "ply\nelement face 4000000000000\nend_header\n"), 20u);
-    EXPECT_LT(faces_of("a.off", "OFF\n1 4000000000000 0\n"), 5u);
-    EXPECT_EQ(faces_of("a.ply", ""), 0u);
-    EXPECT_EQ(faces_of("a.off", ""), 0u);
-    EXPECT_EQ(faces_of("a.stl", ""), 0u);
-    EXPECT_EQ(estimate_faces("none.ply"), 0u);
-    EXPECT_EQ(estimate_faces("/"), 0u);
 }
 
 }  // namespace

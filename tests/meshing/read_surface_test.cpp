@@ -160,30 +160,13 @@ TEST(ReadSurface, ReadsEveryFormatInDoublePrecision) {
     const TemporaryFolder folder;
     TriMesh mesh = tetrahedron();
     mesh.X = (0.1 * mesh.X).rowwise() + Eigen::RowVector3d(500'000, 5'400'000, 300);
-    const Eigen::IOFormat rows(Eigen::FullPrecision);
-    std::ostringstream off, ply, stl, obj;
-    off << "OFF\n4 4 0\n" << mesh.X.format(rows) << '\n';
-    ply << "ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty double y\n"
-           "property double z\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n"
-        << mesh.X.format(rows) << '\n';
-    stl << "solid far\n";
-    for (int v = 0; v < 4; ++v) obj << "v " << mesh.X.row(v).format(rows) << '\n';
-    for (int f = 0; f < 4; ++f) {
-        off << "3 " << mesh.F.row(f) << '\n';
-        ply << "3 " << mesh.F.row(f) << '\n';
-        obj << "f " << (mesh.F.row(f).array() + 1) << '\n';
-        stl << "facet normal 0 0 0\nouter loop\n";
-        for (int k = 0; k < 3; ++k) stl << "vertex " << mesh.X.row(mesh.F(f, k)).format(rows) << '\n';
-        stl << "endloop\nendfacet\n";
-    }
-    stl << "endsolid far\n";
     ASSERT_NE(mesh.X, mesh.X.cast<float>().cast<double>());
     const std::string glb =
         glb_file(moved(tetrahedron(), 0, 0, 0, 0.1), R"("translation":[500000,300,-5400000])");
-    for (const auto& [name, text] : {std::pair<std::string, std::string>{"a.off", off.str()},
-                                     {"a.ply", ply.str()},
-                                     {"a.obj", obj.str()},
-                                     {"a.stl", stl.str()}})
+    for (const auto& [name, text] : {std::pair{"a.off", off_file(mesh, 17)},
+                                     {"a.ply", ascii_ply_file(mesh, 17)},
+                                     {"a.obj", obj_file(mesh, 17)},
+                                     {"a.stl", ascii_stl_file(mesh, 17)}})
         EXPECT_EQ(corner_positions(read_surface(folder.write(name, text))), corner_positions(mesh)) << name;
     EXPECT_LT((corner_positions(read_surface(folder.write("a.glb", glb))) - corner_positions(mesh))
                   .cwiseAbs()

@@ -45,7 +45,10 @@ struct Numbers {
     void real64(double v) { binary ? put(out, v, big_endian) : void(out += fmt::format("{} ", v)); }
 };
 
-std::string gmsh_2(const TetMesh& tets, bool binary, bool big_endian) {
+enum class Form { text, little, big };
+
+std::string gmsh_2(const TetMesh& tets, Form form = Form::text) {
+    const bool binary = form != Form::text, big_endian = form == Form::big;
     std::string out = fmt::format("$MeshFormat\n2.2 {} 8\n", binary ? 1 : 0);
     Numbers numbers{out, binary, big_endian};
     if (binary) numbers.int32(1);
@@ -76,7 +79,8 @@ std::string gmsh_2(const TetMesh& tets, bool binary, bool big_endian) {
     return out + "\n$EndElements\n";
 }
 
-std::string gmsh_4(const TetMesh& tets, bool binary, bool big_endian) {
+std::string gmsh_4(const TetMesh& tets, Form form = Form::text) {
+    const bool binary = form != Form::text, big_endian = form == Form::big;
     std::string out = fmt::format("$MeshFormat\n4.1 {} 8\n", binary ? 1 : 0);
     Numbers numbers{out, binary, big_endian};
     if (binary) numbers.int32(1);
@@ -103,7 +107,8 @@ std::string gmsh_4(const TetMesh& tets, bool binary, bool big_endian) {
     return out + "\n$EndElements\n";
 }
 
-std::string vtk(const TetMesh& tets, bool binary, bool version_5) {
+std::string vtk(const TetMesh& tets, Form form = Form::text, bool version_5 = false) {
+    const bool binary = form != Form::text;
     std::string out = fmt::format("# vtk DataFile Version {}\na test\n{}\nDATASET UNSTRUCTURED_GRID\n",
                                   version_5 ? "5.1" : "3.0", binary ? "BINARY" : "ASCII");
     Numbers numbers{out, binary, true};
@@ -131,15 +136,6 @@ std::string vtk(const TetMesh& tets, bool binary, bool version_5) {
     for (int t = 0; t < m; ++t) numbers.int32(10);
     return out + "\n";
 }
-
-std::string gmsh_2_text(const TetMesh& tets) { return gmsh_2(tets, false, false); }
-std::string gmsh_2_binary(const TetMesh& tets, bool big_endian) { return gmsh_2(tets, true, big_endian); }
-std::string gmsh_4_text(const TetMesh& tets) { return gmsh_4(tets, false, false); }
-std::string gmsh_4_binary(const TetMesh& tets, bool big_endian) { return gmsh_4(tets, true, big_endian); }
-std::string vtk_text(const TetMesh& tets) { return vtk(tets, false, false); }
-std::string vtk_binary(const TetMesh& tets) { return vtk(tets, true, false); }
-std::string vtk_5_text(const TetMesh& tets) { return vtk(tets, false, true); }
-std::string vtk_5_binary(const TetMesh& tets) { return vtk(tets, true, true); }
 
 std::string medit_text(const TetMesh& tets) {
     std::string out =
@@ -188,17 +184,17 @@ class ReadTets : public testing::Test {
 
 /// A small file in each format, by extension.
 std::map<std::string, std::pair<std::string, std::string>> every_format(const TetMesh& tets) {
-    return {{"gmsh 2 text", {".msh", gmsh_2_text(tets)}},
-            {"gmsh 2 little", {".msh", gmsh_2_binary(tets, false)}},
-            {"gmsh 2 big", {".msh", gmsh_2_binary(tets, true)}},
-            {"gmsh 4 text", {".msh", gmsh_4_text(tets)}},
-            {"gmsh 4 little", {".msh", gmsh_4_binary(tets, false)}},
-            {"gmsh 4 big", {".msh", gmsh_4_binary(tets, true)}},
+    return {{"gmsh 2 text", {".msh", gmsh_2(tets)}},
+            {"gmsh 2 little", {".msh", gmsh_2(tets, Form::little)}},
+            {"gmsh 2 big", {".msh", gmsh_2(tets, Form::big)}},
+            {"gmsh 4 text", {".msh", gmsh_4(tets)}},
+            {"gmsh 4 little", {".msh", gmsh_4(tets, Form::little)}},
+            {"gmsh 4 big", {".msh", gmsh_4(tets, Form::big)}},
             {"medit", {".mesh", medit_text(tets)}},
-            {"vtk text", {".vtk", vtk_text(tets)}},
-            {"vtk binary", {".vtk", vtk_binary(tets)}},
-            {"vtk 5 text", {".vtk", vtk_5_text(tets)}},
-            {"vtk 5 binary", {".VTK", vtk_5_binary(tets)}}};
+            {"vtk text", {".vtk", vtk(tets)}},
+            {"vtk binary", {".vtk", vtk(tets, Form::big)}},
+            {"vtk 5 text", {".vtk", vtk(tets, Form::text, true)}},
+            {"vtk 5 binary", {".VTK", vtk(tets, Form::big, true)}}};
 }
 
 TEST_F(ReadTets, ReadsTheSameBitsFromEveryFormat) {
@@ -242,7 +238,7 @@ TEST_F(ReadTets, ReadsVtkWithFieldsBeforeThePoints) {
     const TetMesh tets = cube();
     const std::string fields =
         "FIELD FieldData 2\nTIME 1 1 double\n0.5\nMETADATA\nINFORMATION 0\n\nnames 2 3 int\n1 2 3 4 5 6\n";
-    for (const std::string& good : {vtk_text(tets), vtk_5_text(tets)}) {
+    for (const std::string& good : {vtk(tets), vtk(tets, Form::text, true)}) {
         EXPECT_EQ(read_tets(write(".vtk", replaced(good, "POINTS", fields + "POINTS"))).X, tets.X);
         EXPECT_THAT(error_of(".vtk", replaced(good, "POINTS", "FIELD FieldData 1\na 1 1 string\nx\nPOINTS")),
                     HasSubstr("a field of type string before the points; allowed: numbers"));
@@ -251,11 +247,12 @@ TEST_F(ReadTets, ReadsVtkWithFieldsBeforeThePoints) {
             HasSubstr("rows, but the rest of the file holds at most"));
     }
     const std::string binary = "FIELD FieldData 1\nTIME 1 1 double\n" + std::string(8, '\0') + "\n";
-    EXPECT_EQ(read_tets(write(".vtk", replaced(vtk_binary(tets), "POINTS", binary + "POINTS"))).X, tets.X);
+    EXPECT_EQ(read_tets(write(".vtk", replaced(vtk(tets, Form::big), "POINTS", binary + "POINTS"))).X,
+              tets.X);
 }
 
 TEST_F(ReadTets, RejectsInvalidGmshFiles) {
-    const std::string good = gmsh_2_text(cube()), four = gmsh_4_text(cube());
+    const std::string good = gmsh_2(cube()), four = gmsh_4(cube());
     const Refusals cases = {
         {"", ".msh, line 1: the file ends early$"},
         {"solid cube\n", "line 1: expected $MeshFormat, found 'solid'$"},
@@ -292,7 +289,7 @@ TEST_F(ReadTets, RejectsInvalidMeditFiles) {
 }
 
 TEST_F(ReadTets, RejectsInvalidVtkFiles) {
-    const std::string good = vtk_text(cube());
+    const std::string good = vtk(cube());
     const Refusals cases = {
         {"<VTKFile type=\"UnstructuredGrid\">", "not a legacy VTK file"},
         {replaced(good, "UNSTRUCTURED_GRID", "POLYDATA"),
@@ -302,7 +299,7 @@ TEST_F(ReadTets, RejectsInvalidVtkFiles) {
         {replaced(good, "5 10", "5 24"), "cell 1 is a volume of type 24"},
         {replaced(good, "5 10", "5 1"), "cell 1 of type 1 has 4 corners; allowed: 1"},
         {replaced(good, "CELL_TYPES 7", "CELL_TYPES 6"), "6 cell types for 7 cells"},
-        {replaced(vtk_5_text(cube()), "0 3 7", "0 9 7"), "OFFSETS must rise from 0 to 27"},
+        {replaced(vtk(cube(), Form::text, true), "0 3 7", "0 9 7"), "OFFSETS must rise from 0 to 27"},
     };
     expect_refused(".vtk", cases);
 }
@@ -310,14 +307,14 @@ TEST_F(ReadTets, RejectsInvalidVtkFiles) {
 TEST_F(ReadTets, RejectsInvalidGeometry) {
     TetMesh flat = cube();
     flat.X.row(3) = flat.X.row(1);
-    EXPECT_THAT(error_of(".vtk", vtk_text(flat)), EndsWith(".vtk: tetrahedron 0 has no volume"));
+    EXPECT_THAT(error_of(".vtk", vtk(flat)), EndsWith(".vtk: tetrahedron 0 has no volume"));
     TetMesh wild = cube();
     wild.X(6, 0) = std::nan("");
-    EXPECT_THAT(error_of(".vtk", vtk_binary(wild)),
+    EXPECT_THAT(error_of(".vtk", vtk(wild, Form::big)),
                 EndsWith(": tetrahedron 2 has a corner that is not finite"));
     TetMesh twice = cube();
     twice.T.row(5) = twice.T.row(0);
-    EXPECT_THAT(error_of(".msh", gmsh_4_text(twice)),
+    EXPECT_THAT(error_of(".msh", gmsh_4(twice)),
                 EndsWith(": tetrahedra 0 and 5 overlap: they lie on the same side of their shared face"));
     EXPECT_THAT(error_of(".obj", ""),
                 EndsWith("tetrahedra are read from .msh, .mesh, .vtk and .vtu, not from '.obj'"));

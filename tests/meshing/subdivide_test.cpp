@@ -111,17 +111,5 @@ TEST(Subdivide, GivesTheSizesOfTable1) {
     }
 }
 
-TEST(Subdivide, GivesFourTimesTheFacesAndAVertexOnEachEdge) {
-    for (const auto& [name, genus] : {std::pair{"gecko.obj", 0}, std::pair{"gear.obj", 1}}) {
-        SCOPED_TRACE(name);
-        const TriMesh coarse = read_surface(std::filesystem::path(NBD_ASSETS) / name);
-        for (int levels = 0; levels < 3; ++levels) {
-            const TriMesh mesh = subdivide(coarse, SubdivisionScheme::midpoint, levels).mesh;
-            EXPECT_EQ(mesh.F.rows(), coarse.F.rows() << (2 * levels));
-            EXPECT_EQ(mesh.X.rows(), mesh.F.rows() / 2 + 2 - 2 * genus);  // Euler's formula
-        }
-    }
-}
-
 }  // namespace
 }  // namespace nbd

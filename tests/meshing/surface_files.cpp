@@ -30,9 +30,9 @@ void append_bytes(std::string& out, T value, bool reversed = false) {
 
 }  // namespace
 
-std::string obj_file(const TriMesh& mesh) {
+std::string obj_file(const TriMesh& mesh, int digits) {
     std::ostringstream out;
-    out.precision(9);
+    out.precision(digits);
     for (int v = 0; v < mesh.X.rows(); ++v)
         out << "v " << mesh.X(v, 0) << ' ' << mesh.X(v, 1) << ' ' << mesh.X(v, 2) << '\n';
     for (int f = 0; f < mesh.F.rows(); ++f)
@@ -40,17 +40,17 @@ std::string obj_file(const TriMesh& mesh) {
     return out.str();
 }
 
-std::string off_file(const TriMesh& mesh) {
+std::string off_file(const TriMesh& mesh, int digits) {
     std::ostringstream out;
-    out.precision(9);
+    out.precision(digits);
     out << "OFF\n" << mesh.X.rows() << ' ' << mesh.F.rows() << " 0\n" << mesh.X << '\n';
     for (int f = 0; f < mesh.F.rows(); ++f) out << "3 " << mesh.F.row(f) << '\n';
     return out.str();
 }
 
-std::string ascii_ply_file(const TriMesh& mesh) {
+std::string ascii_ply_file(const TriMesh& mesh, int digits) {
     std::ostringstream out;
-    out.precision(9);
+    out.precision(digits);
     out << ply_header(mesh, "ascii") << mesh.X << '\n';
     for (int f = 0; f < mesh.F.rows(); ++f) out << "3 " << mesh.F.row(f) << '\n';
     return out.str();
@@ -67,9 +67,9 @@ std::string binary_ply_file(const TriMesh& mesh, bool big_endian) {
     return out;
 }
 
-std::string ascii_stl_file(const TriMesh& mesh) {
+std::string ascii_stl_file(const TriMesh& mesh, int digits) {
     std::ostringstream out;
-    out.precision(9);
+    out.precision(digits);
     out << "solid test\n";
     for (int f = 0; f < mesh.F.rows(); ++f) {
         out << " facet normal 0 0 0\n  outer loop\n";
@@ -92,6 +92,17 @@ std::string binary_stl_file(const TriMesh& mesh) {
     return out;
 }
 
+std::string glb_of(std::string json, const std::string& data) {
+    json.resize((json.size() + 3) / 4 * 4, ' ');
+    std::string out = "glTF";
+    append_bytes(out, std::uint32_t{2});
+    append_bytes(out, static_cast<std::uint32_t>(12 + 8 + json.size() + 8 + data.size()));
+    append_bytes(out, static_cast<std::uint32_t>(json.size()));
+    out += "JSON" + json;
+    append_bytes(out, static_cast<std::uint32_t>(data.size()));
+    return out + std::string("BIN\0", 4) + data;
+}
+
 std::string glb_file(const TriMesh& mesh, const std::string& node) {
     Nodes y_up(mesh.X.rows(), 3);
     y_up << mesh.X.col(0), mesh.X.col(2), -mesh.X.col(1);
@@ -101,29 +112,17 @@ std::string glb_file(const TriMesh& mesh, const std::string& node) {
     const std::size_t positions = data.size();
     for (int f = 0; f < mesh.F.rows(); ++f)
         for (int k = 0; k < 3; ++k) append_bytes(data, static_cast<std::uint32_t>(mesh.F(f, k)));
-    const Eigen::IOFormat array(9, Eigen::DontAlignCols, ",", ",", "", "", "[", "]");
-    std::ostringstream header;
-    header << R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0)"
-           << (node.empty() ? "" : ",") << node
-           << R"(}],"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],"buffers":[{)"
-           << R"("byteLength":)" << data.size()
-           << R"(}],"bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":)" << positions
-           << R"(},{"buffer":0,"byteOffset":)" << positions << R"(,"byteLength":)" << data.size() - positions
-           << R"(}],"accessors":[{"bufferView":0,"componentType":5126,"type":"VEC3","count":)"
-           << mesh.X.rows() << R"(,"min":)" << y_up.colwise().minCoeff().format(array) << R"(,"max":)"
-           << y_up.colwise().maxCoeff().format(array)
-           << R"(},{"bufferView":1,"componentType":5125,"type":"SCALAR","count":)" << 3 * mesh.F.rows()
-           << "}]}";
-    std::string json = header.str();
-    json.resize((json.size() + 3) / 4 * 4, ' ');
-    std::string out = "glTF";
-    append_bytes(out, std::uint32_t{2});
-    append_bytes(out, static_cast<std::uint32_t>(12 + 8 + json.size() + 8 + data.size()));
-    append_bytes(out, static_cast<std::uint32_t>(json.size()));
-    out += "JSON" + json;
-    append_bytes(out, static_cast<std::uint32_t>(data.size()));
-    out += std::string("BIN\0", 4) + data;
-    return out;
+    std::ostringstream json;
+    json << R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0)"
+         << (node.empty() ? "" : ",") << node
+         << R"(}],"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],"buffers":[{)"
+         << R"("byteLength":)" << data.size()
+         << R"(}],"bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":)" << positions
+         << R"(},{"buffer":0,"byteOffset":)" << positions << R"(,"byteLength":)" << data.size() - positions
+         << R"(}],"accessors":[{"bufferView":0,"componentType":5126,"type":"VEC3","count":)" << mesh.X.rows()
+         << R"(},{"bufferView":1,"componentType":5125,"type":"SCALAR","count":)" << 3 * mesh.F.rows()
+         << "}]}";
+    return glb_of(json.str(), data);
 }
 
 std::string reading_error(const std::filesystem::path& path) {

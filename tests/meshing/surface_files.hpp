@@ -7,20 +7,24 @@
 
 #include "meshing/surface/mesh.hpp"
 
-/// The same surface as the bytes of each file format, written independently of the library's own writers.
+/// The same surface as the bytes of each file format (texts with so many digits), written independently of
+/// the library's own writers.
 namespace nbd::test {
 
-std::string obj_file(const TriMesh& mesh);
+std::string obj_file(const TriMesh& mesh, int digits = 9);
 
-std::string off_file(const TriMesh& mesh);
+std::string off_file(const TriMesh& mesh, int digits = 9);
 
-std::string ascii_ply_file(const TriMesh& mesh);
+std::string ascii_ply_file(const TriMesh& mesh, int digits = 9);
 
 std::string binary_ply_file(const TriMesh& mesh, bool big_endian);
 
-std::string ascii_stl_file(const TriMesh& mesh);
+std::string ascii_stl_file(const TriMesh& mesh, int digits = 9);
 
 std::string binary_stl_file(const TriMesh& mesh);
+
+/// A .glb file of this JSON text and these data.
+std::string glb_of(std::string json, const std::string& data);
 
 /// `node`: further entries of the glTF node, such as "translation": [1, 2, 3].
 std::string glb_file(const TriMesh& mesh, const std::string& node = "");

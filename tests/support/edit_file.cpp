@@ -4,6 +4,9 @@
 
 #include <stdexcept>
 
+#include "tests/support/error_of.hpp"
+#include "tests/support/file_damage.hpp"
+
 namespace nbd::test {
 namespace {
 
@@ -100,6 +103,17 @@ void EditFile::set_attribute(const std::string& object, const std::string& name,
 }
 void EditFile::remove_attribute(const std::string& object, const std::string& name) {
     H5Adelete_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT);
+}
+
+void expect_refused(const std::filesystem::path& path, const BrokenFile& broken,
+                    const std::function<void(const std::filesystem::path&)>& load) {
+    {
+        EditFile file(path);
+        broken.edit(file);
+    }
+    const std::string error = error_of([&] { load(path); });
+    expect_clear(error, path);
+    EXPECT_NE(error.find(broken.what), std::string::npos) << error;
 }
 
 }  // namespace nbd::test

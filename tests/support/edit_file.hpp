@@ -2,6 +2,8 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -43,5 +45,16 @@ class EditFile {
  private:
     std::int64_t file_;
 };
+
+/// An edit of a file, and what its reader then says behind the path, in part.
+struct BrokenFile {
+    const char* what;
+    void (*edit)(EditFile&);
+    friend std::ostream& operator<<(std::ostream& out, const BrokenFile& b) { return out << b.what; }
+};
+
+/// Edits the file, and expects `load` to refuse it in one such line.
+void expect_refused(const std::filesystem::path& path, const BrokenFile& broken,
+                    const std::function<void(const std::filesystem::path&)>& load);
 
 }  // namespace nbd::test

@@ -1,5 +1,10 @@
 #include "tests/support/file_damage.hpp"
 
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
 #include <fstream>
 #include <iterator>
 #include <random>
@@ -62,6 +67,23 @@ void expect_damage_is_found(const std::filesystem::path& file,
         found += check(content, "byte " + std::to_string(at));
     }
     EXPECT_GT(found, flips / 2);  // the other changes hit unused bytes
+}
+
+int in_child(const std::function<void()>& action) {
+    const pid_t child = fork();
+    if (child == 0) {
+        action();
+        _exit(0);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+void limit_file_size(std::size_t bytes) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{bytes, RLIM_INFINITY};
+    setrlimit(RLIMIT_FSIZE, &limit);
 }
 
 }  // namespace nbd::test

@@ -38,4 +38,10 @@ void expect_damage_is_found(const std::filesystem::path& file,
                             const std::function<std::string(const std::filesystem::path&)>& load,
                             int cuts = 60, int flips = 250);
 
+/// Runs `action` in a process of its own, which ends with status 0 if the action returns. Returns the status.
+int in_child(const std::function<void()>& action);
+
+/// From now on writes beyond so many bytes of a file fail, as on a full disk. Holds for the whole process.
+void limit_file_size(std::size_t bytes);
+
 }  // namespace nbd::test

@@ -1,8 +1,14 @@
 #include "tests/training/example_tree.hpp"
 
+#include <cstddef>
 #include <cstdlib>
 #include <span>
+#include <string_view>
+#include <vector>
 
+#include "collision/base/message.hpp"
+#include "collision/flat/flat_file.hpp"
+#include "collision/flat/flat_tree.hpp"
 #include "tests/collision/models.hpp"
 
 namespace nbd::test {
@@ -73,6 +79,17 @@ NbdNetworks float_networks(const NbdModel& model) {
     const Eigen::VectorXf weights = Eigen::VectorXf::Random(networks.count() * networks.weight_count());
     return {networks.inputs(), networks.hidden(), std::span(weights.data(), weights.size()),
             NetworkNumbers::floats};
+}
+
+std::map<std::string, std::string> fields_of(const CollisionTree& tree) {
+    std::map<std::string, std::string> fields;
+    const std::vector<std::byte> file = write_flat_tree(tree);
+    const FlatReader reader(file);
+    for (const FlatArray& array : reader.arrays())
+        fields[array.name] = message(
+            array.type, ' ', array.rows, " x ", array.columns, ' ',
+            std::string_view(reinterpret_cast<const char*>(array.values.data()), array.values.size()));
+    return fields;
 }
 
 }  // namespace nbd::test

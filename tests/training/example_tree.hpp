@@ -1,5 +1,8 @@
 #pragma once
 
+#include <map>
+#include <string>
+
 #include "training/files/tree_file.hpp"
 
 namespace nbd::test {
@@ -14,5 +17,8 @@ TreeFile example_tree(const ExampleTree& config);
 
 /// Networks of the model's shape with random float32 weights, which are not rounded to bytes.
 NbdNetworks float_networks(const NbdModel& model);
+
+/// Shape, type and bytes of each field of a tree, by its name in tree_fields.hpp.
+std::map<std::string, std::string> fields_of(const CollisionTree& tree);
 
 }  // namespace nbd::test

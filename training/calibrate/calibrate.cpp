@@ -10,7 +10,7 @@
 #include "collision/bounds/calibration.hpp"
 #include "training/calibrate/bound_scores.hpp"
 #include "training/calibrate/conformal.hpp"
-#include "training/files/frame_stream.hpp"
+#include "training/files/recording.hpp"
 #include "training/files/split.hpp"
 
 namespace nbd {
@@ -109,8 +109,8 @@ Eigen::RowVectorXf first_margins(const PoseRows& needed, double rate) {
 }
 
 /// The complete trajectories of another recording that training has not seen, in two halves.
-HeldOut halves_of_others(const RecordingReader& recording, const RecordingHash& hashes,
-                         const TrainingFacts& facts) {
+DatasetSplit halves_of_others(const RecordingReader& recording, const RecordingHash& hashes,
+                              const TrainingFacts& facts) {
     std::vector<int> known;
     if (facts.trained_on) {
         const SeenTrajectories* const seen[] = {&*facts.trained_on};
@@ -198,7 +198,7 @@ void calibrate(TreeFile& file, FrameSource& source, const CalibrateConfig& confi
         if (!file.facts.trained_on)
             file.facts.trained_on = seen_trajectories(recording, hashes, file.facts.split.train_trajectories);
     } else {
-        const HeldOut halves = halves_of_others(recording, hashes, file.facts);
+        const DatasetSplit halves = halves_of_others(recording, hashes, file.facts);
         TrainingSplit split{.train_trajectories = halves.train, .held_out_trajectories = halves.held_out};
         split.troubled_frames = file.facts.split.troubled_frames;
         shape = frames_of(recording, split, FrameSet::train);

@@ -23,7 +23,7 @@ std::vector<RandomSplitsRow> check_random_splits(const BoundLevels& levels, cons
     for (int s = 0; s < splits; ++s) {
         tell_progress("splits", s, splits);
         stop_if_asked();
-        const HeldOut split = draw_held_out(ids, 0.5, seed + s);
+        const DatasetSplit split = draw_held_out(ids, 0.5, seed + s);
         const Calibration calibration = calibrate(levels, shape, only(pool, split.train), config);
         const BoundScores test = only(pool, split.held_out);
         for (std::size_t depth = 0; depth < rows.size(); ++depth) {
@@ -63,7 +63,7 @@ std::vector<RandomSplitsRow> check_random_splits(const TreeFile& file, BoundKind
     std::vector<FrameId> used = known;
     used.insert(used.end(), pool.begin(), pool.end());
     std::ranges::sort(used);
-    if (source.hash(used) != file.facts.recording_hash)
+    if (source.hashes(used).hex != file.facts.recording_hash)
         throw std::invalid_argument("random splits need the recording of the training");
     return check_random_splits(BoundLevels(*tree, kind), score_shape(file.X, tree, kind, source, known),
                                score_bounds(file.X, tree, kind, source, pool), config, splits);

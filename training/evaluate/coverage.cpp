@@ -76,7 +76,7 @@ std::vector<CoverageRow> measure_coverage(const SurfaceBody& body,
     for (int slot = 0; slot < frame_slots; ++slot) bounds.push_back(bound_nodes(tree, kind, {}));
     const std::size_t depths = bounds.front()->levels();
     std::vector<std::vector<DepthSums>> poses(frames.size(), std::vector<DepthSums>(depths));
-    for_each_frame(body, recording, frames, [&](int slot, int index, VerticesRef x) {
+    FrameSource(body.W, recording, 0).for_each_frame(frames, [&](int slot, int index, VerticesRef x) {
         if (!is_box(kind)) exact_spheres(tree->spheres, x, exact[slot]);
         add_pose(*bounds[slot], x, exact[slot], poses[index]);
     });

@@ -7,7 +7,8 @@
 
 #include "collision/tree/collision_tree.hpp"
 #include "training/calibrate/conformal.hpp"
-#include "training/files/frame_stream.hpp"
+#include "training/files/frame_source.hpp"
+#include "training/files/surface_body.hpp"
 
 namespace nbd {
 

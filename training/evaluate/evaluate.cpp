@@ -119,7 +119,7 @@ std::vector<EvaluationRow> evaluate_frames(const SurfaceBody& body,
     for (auto& slot : probes)
         for (const BoundKind kind : config.bounds)
             if (has_bounds(*tree, kind)) slot.emplace_back(tree, kind, margins);
-    for_each_pose(body, recording, chosen, [&](int slot, int, VerticesRef x, VerticesRef) {
+    FrameSource(body.W, recording, 0).for_each_pose(chosen, [&](int slot, int, VerticesRef x, VerticesRef) {
         exact_spheres(tree->spheres, x, exact[slot]);
         for (Probe& probe : probes[slot]) probe.add_frame(x, exact[slot], config.margins);
     });

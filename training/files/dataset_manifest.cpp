@@ -95,6 +95,29 @@ void copy_trajectories(h5::Writer& view, const std::string& key, const std::file
     }
 }
 
+/// False for what is no regular file, or begins in another way. True where it cannot be read: the reader says
+/// why.
+bool begins_as_hdf5(const std::filesystem::path& path) {
+    if (!std::filesystem::is_regular_file(path)) return false;
+    std::ifstream file(path, std::ios::binary);
+    std::array<char, 8> bytes{};
+    if (!file || (!file.read(bytes.data(), bytes.size()) && file.bad())) return true;
+    return std::string_view(bytes.data(), bytes.size()) == "\x89HDF\r\n\x1a\n";
+}
+
+std::vector<DatasetSplit> read_splits(const h5::Reader& file) {
+    std::vector<DatasetSplit> splits;
+    if (!file.has("dataset/splits")) return splits;
+    for (const std::string& name : file.children("dataset/splits")) {
+        const std::string group = splits_group + name;
+        splits.push_back({.name = name,
+                          .train = file.read<int>(group + "/train", {h5::any}),
+                          .held_out = file.read<int>(group + "/held_out", {h5::any}),
+                          .rule = file.read_text(group + "/rule")});
+    }
+    return splits;
+}
+
 }  // namespace
 
 void write_dataset_view(const std::filesystem::path& path, const DatasetManifest& manifest) {
@@ -130,46 +153,15 @@ DatasetSplit DatasetManifest::split(std::string_view name) const {
     throw std::invalid_argument(fmt::format("the dataset has no split \"{}\"; allowed: {}", name, known));
 }
 
-namespace {
-
-/// False for what is no regular file, or begins in another way. True where it cannot be read: the reader says
-/// why.
-bool begins_as_hdf5(const std::filesystem::path& path) {
-    if (!std::filesystem::is_regular_file(path)) return false;
-    std::ifstream file(path, std::ios::binary);
-    std::array<char, 8> bytes{};
-    if (!file || (!file.read(bytes.data(), bytes.size()) && file.bad())) return true;
-    return std::string_view(bytes.data(), bytes.size()) == "\x89HDF\r\n\x1a\n";
-}
-
-}  // namespace
-
 bool is_dataset_view(const std::filesystem::path& path) {
     if (!begins_as_hdf5(path)) return false;
     const h5::Reader file(path);
     return file.format().name == view_format.name && file.has(dataset_plan);
 }
 
-namespace {
-
-std::vector<DatasetSplit> read_splits(const h5::Reader& file) {
-    std::vector<DatasetSplit> splits;
-    if (!file.has("dataset/splits")) return splits;
-    for (const std::string& name : file.children("dataset/splits")) {
-        const std::string group = splits_group + name;
-        splits.push_back({.name = name,
-                          .train = file.read<int>(group + "/train", {h5::any}),
-                          .held_out = file.read<int>(group + "/held_out", {h5::any}),
-                          .rule = file.read_text(group + "/rule")});
-    }
-    return splits;
-}
-
-}  // namespace
-
 DatasetManifest read_dataset_manifest(const std::filesystem::path& path) {
     const h5::Reader file(path, view_format);
-    return {.key = file.text_attribute("/", dataset_label),
+    return {.key = file.attribute<std::string>("/", dataset_label),
             .plan = file.read_text(dataset_plan),
             .shards = parse_checksum_list(file, file.read_text("dataset/shards")),
             .train_trajectories = file.read<int>("dataset/split/train", {h5::any}),

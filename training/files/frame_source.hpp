@@ -48,10 +48,8 @@ class FrameSource {
     /// Likewise with the nodes, which are read again where surface positions are kept.
     void for_each_pose(std::span<const FrameId> frames, const PoseVisitor& visit);
 
-    /// recording_hash() of the recording. The first call reads it whole and keeps `frames`, ascending, while
+    /// hash_recording() of the recording. The first call reads it whole and keeps `frames`, ascending, while
     /// there is room. Throws as for_each_frame().
-    const std::string& hash(std::span<const FrameId> frames = {}) { return hashes(frames).hex; }
-    /// Likewise with the hashes of all frames.
     const RecordingHash& hashes(std::span<const FrameId> frames = {});
 
     const RecordingReader& recording() const noexcept { return *recording_; }

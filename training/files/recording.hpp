@@ -1,18 +1,100 @@
 #pragma once
 
 #include <array>
+#include <compare>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <span>
+#include <optional>
+#include <ostream>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "collision/geometry/geometry.hpp"
-#include "training/files/frame_extras.hpp"
-#include "training/files/shared_text.hpp"
 
 namespace nbd {
+
+/// A text that does not change. Copies share its memory.
+class SharedText {
+ public:
+    SharedText() : SharedText(std::string()) {}
+    SharedText(std::string text)  // NOLINT(google-explicit-constructor): stands for the text
+        : text_(std::make_shared<const std::string>(std::move(text))) {}
+    SharedText(const char* text) : SharedText(std::string(text)) {}  // NOLINT(google-explicit-constructor)
+
+    // Moving would leave a text without memory, so it copies.
+    SharedText(const SharedText&) = default;
+    SharedText& operator=(const SharedText&) = default;
+    ~SharedText() = default;
+
+    const std::string& str() const noexcept { return *text_; }
+    operator const std::string&() const noexcept { return str(); }  // NOLINT(google-explicit-constructor)
+
+    bool operator==(const SharedText& other) const noexcept {
+        return text_ == other.text_ || *text_ == *other.text_;
+    }
+    friend std::ostream& operator<<(std::ostream& out, const SharedText& text) { return out << *text.text_; }
+
+ private:
+    std::shared_ptr<const std::string> text_;
+};
+
+/// Arrays that the frames of a trajectory may have besides positions.
+enum class FrameField { contact_forces, first_piola_stress, deformation_gradients };
+
+/// Their names in files. of_tets: a 3 x 3 matrix for each tetrahedron; else a vector for each node.
+struct FrameFieldName {
+    FrameField field;
+    const char* name;
+    bool of_tets;
+};
+inline constexpr std::array<FrameFieldName, 3> frame_fields{
+    {{FrameField::contact_forces, "contact_forces", false},
+     {FrameField::first_piola_stress, "first_piola_stress", true},
+     {FrameField::deformation_gradients, "deformation_gradients", true}}};
+
+/// A value for each field.
+template <class T>
+struct PerField {
+    std::array<T, frame_fields.size()> values{};
+    T& operator[](FrameField field) noexcept { return values[static_cast<std::size_t>(field)]; }
+    const T& operator[](FrameField field) const noexcept { return values[static_cast<std::size_t>(field)]; }
+    bool operator==(const PerField&) const = default;
+};
+
+/// A face that touches something in a frame.
+struct ContactEdge {
+    int face = 0;     // of the trajectory's surface
+    int partner = 0;  // id of the trajectory that it touches, its own for itself; see the constants below
+    int other = -1;   // face of the partner's surface; -1: the partner is an obstacle
+    auto operator<=>(const ContactEdge&) const = default;
+};
+inline constexpr int unrecorded_partner = -1;  // a body without a trajectory in the file
+/// Partner number of the obstacle with this index.
+constexpr int obstacle_partner(int obstacle) noexcept { return -2 - obstacle; }
+
+/// Largest distance of what touches, metres: of different bodies and obstacles, and of a body with itself.
+struct ContactDistances {
+    double bodies = 0, self = 0;
+    bool operator==(const ContactDistances&) const = default;
+};
+
+/// What the frames of a trajectory have besides positions.
+struct FrameContents {
+    int tets = 0;  // number of tetrahedra; only for fields of these
+    PerField<bool> fields{};
+    std::optional<ContactDistances> contact_edges{};  // if the frames have such edges
+    bool operator==(const FrameContents&) const = default;
+};
+
+/// What one frame has besides positions, as its trajectory's FrameContents say; else empty.
+struct FrameExtras {
+    PerField<Vertices> fields{};               // [nodes, 3], or [3 tets, 3]: three rows a tetrahedron
+    std::vector<ContactEdge> contact_edges{};  // sorted, each once; pairs within the body once, face < other
+};
 
 /// Facts about one trajectory, stored beside its frames.
 struct TrajectoryInfo {
@@ -106,9 +188,7 @@ class RecordingReader {
     std::vector<std::vector<ContactEdge>> read_contact_edges(int trajectory, int begin, int count) const;
     /// Where the contact edges of each frame begin, and their number: [frames + 1]; empty if it has none.
     const std::vector<std::int64_t>& contact_edge_offsets(int trajectory) const;
-    /// Reads the arrays that frames [begin, begin + count) have besides positions.
-    std::vector<FrameExtras> read_fields(int trajectory, int begin, int count) const;
-    /// Likewise, and their contact edges.
+    /// Reads what frames [begin, begin + count) have besides positions.
     std::vector<FrameExtras> read_extras(int trajectory, int begin, int count) const;
     /// How many frames read() has read so far, each as often as it was read.
     std::int64_t frames_read() const noexcept;
@@ -125,5 +205,9 @@ class RecordingReader {
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };
+
+/// Throws std::runtime_error unless every trajectory was recorded from the body of that body_hash() and so
+/// many nodes.
+void check_recording(std::string_view body_hash, Eigen::Index nodes, const RecordingReader& recording);
 
 }  // namespace nbd

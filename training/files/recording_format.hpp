@@ -2,7 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <span>
+#include <string>
+
 #include "meshing/h5/types.hpp"
+#include "training/files/recording.hpp"
 
 namespace nbd {
 
@@ -24,5 +28,8 @@ inline constexpr const char* contact_distance_name = "distance";  // their attri
 inline constexpr const char* self_contact_distance_name = "self_distance";
 
 inline std::string trajectory_group(int id) { return fmt::format("trajectories/{:06}", id); }
+
+/// What is wrong with the edges of a frame, and what was allowed; "" if nothing is. id: of the trajectory.
+std::string edge_defect(std::span<const ContactEdge> edges, int id);
 
 }  // namespace nbd

@@ -30,14 +30,15 @@ void sort_unique(std::vector<std::uint64_t>& hashes) {
     hashes.erase(repeats.begin(), repeats.end());
 }
 
-}  // namespace
-
+/// Of the positions of one frame.
 std::uint64_t frame_hash(VerticesRef x) noexcept {
     std::uint64_t hash = 0;
     for (Eigen::Index v = 0; v < x.rows(); ++v)
         for (int axis = 0; axis < 3; ++axis) hash = mixed(hash, std::bit_cast<std::uint32_t>(x(v, axis)));
     return hash;
 }
+
+}  // namespace
 
 RecordingHash hash_recording(
     const RecordingReader& recording,
@@ -67,12 +68,6 @@ RecordingHash hash_recording(
     }
     result.hex = hash.hex();
     return result;
-}
-
-std::string recording_hash(
-    const RecordingReader& recording,
-    const std::function<void(int trajectory, int begin, int count, const Vertices& nodes)>& seen) {
-    return hash_recording(recording, seen).hex;
 }
 
 SeenTrajectories seen_trajectories(const RecordingReader& recording, const RecordingHash& hashes,

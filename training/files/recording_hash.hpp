@@ -12,8 +12,10 @@ namespace nbd {
 
 /// Hashes of what a recording holds.
 struct RecordingHash {
-    std::string hex;                                   // see recording_hash()
-    std::vector<std::vector<std::uint64_t>> frames{};  // frame_hash() of each, [trajectories][frames]
+    /// Hex SHA-256 over the ids, sizes, failures and positions of all trajectories: identifies the data
+    /// whatever file holds them.
+    std::string hex;
+    std::vector<std::vector<std::uint64_t>> frames{};  // of the positions of each, [trajectories][frames]
 };
 
 /// The hash of a sequence, after one more number. Quick, and the same on every machine; it stops no forger.
@@ -22,25 +24,15 @@ inline std::uint64_t mixed(std::uint64_t hash, std::uint64_t number) noexcept {
     return hash ^ hash >> 32;
 }
 
-/// Of the positions of one frame.
-std::uint64_t frame_hash(VerticesRef x) noexcept;
-
-/// Hex SHA-256 over the ids, sizes, failures and positions of all trajectories: identifies the data whatever
-/// file holds them. Reads the whole recording in pieces. seen: receives the nodes of `count` frames from
-/// frame `begin` of each piece, [count * N, 3], in order; may be empty. Throws what RecordingReader::read and
-/// `seen` throw.
-std::string recording_hash(
-    const RecordingReader& recording,
-    const std::function<void(int trajectory, int begin, int count, const Vertices& nodes)>& seen = {});
-
-/// Likewise with the hashes of all frames, in the same reading.
+/// Reads the whole recording in pieces. seen: receives the nodes of `count` frames from frame `begin` of each
+/// piece, [count * N, 3], in order; may be empty. Throws what RecordingReader::read and `seen` throw.
 RecordingHash hash_recording(
     const RecordingReader& recording,
     const std::function<void(int trajectory, int begin, int count, const Vertices& nodes)>& seen = {});
 
 /// Trajectories that a tree has learned from, so that they are known in other files as well.
 struct SeenTrajectories {
-    std::vector<std::uint64_t> frames{};   // frame_hash() of their frames, ascending
+    std::vector<std::uint64_t> frames{};   // of the positions of each, ascending
     std::vector<std::uint64_t> origins{};  // hashes of seed, number and recipe, ascending
     bool operator==(const SeenTrajectories&) const = default;
 };

@@ -46,7 +46,7 @@ StoredArray find_array(const h5::Reader& file, const std::string& name, h5::Type
 }
 
 double distance_attribute(const h5::Reader& file, const std::string& dataset, const char* name) {
-    const double distance = file.number_attribute(dataset, name);
+    const double distance = file.attribute<double>(dataset, name);
     if (!(distance >= 0 && std::isfinite(distance)))
         file.refuse(fmt::format("'{}' has {} {} m", dataset, name, distance), "finite, at least 0");
     return distance;
@@ -95,13 +95,12 @@ SharedText read_recipe(const h5::Reader& file, const std::string& name, Recipes&
 StoredTrajectory read_trajectory(const h5::Reader& file, const std::string& group, Recipes& recipes) {
     StoredTrajectory t;
     t.group = group;
-    const std::int64_t id = file.int_attribute(group, "id");
-    if (id < 0 || id > INT_MAX)
-        file.refuse(fmt::format("'{}' has id {}", group, id), fmt::format("0 to {}", INT_MAX));
-    t.info.id = id;
-    t.info.seed = file.uint_attribute(group, "seed");
-    t.info.body_hash = file.text_attribute(group, "body_sha256");
-    t.info.failure = file.text_attribute(group, "failure");
+    t.info.id = file.attribute<int>(group, "id");
+    if (t.info.id < 0)
+        file.refuse(fmt::format("'{}' has id {}", group, t.info.id), fmt::format("0 to {}", INT_MAX));
+    t.info.seed = file.attribute<std::uint64_t>(group, "seed");
+    t.info.body_hash = file.attribute<std::string>(group, "body_sha256");
+    t.info.failure = file.attribute<std::string>(group, "failure");
     t.info.recipe = read_recipe(file, group + "/recipe", recipes);
     t.positions = find_array(file, group + "/positions", h5::Type::float32, {h5::any, h5::any, 3});
     const h5::Shape& shape = t.positions.shape;
@@ -169,7 +168,8 @@ struct RecordingReader::Impl {
             throw std::runtime_error(
                 fmt::format("{}: cannot read a shard: {}", file.path().string(), error.what()));
         }
-        if (shard->text_attribute("/", dataset_label) != file.text_attribute("/", dataset_label))
+        if (shard->attribute<std::string>("/", dataset_label) !=
+            file.attribute<std::string>("/", dataset_label))
             shard->refuse("belongs to another dataset",
                           fmt::format("the dataset of {}", file.path().string()));
         shard_name = array.shard;
@@ -234,7 +234,7 @@ const FrameFacts& RecordingReader::facts(int trajectory) const { return impl_->a
 bool RecordingReader::is_dataset() const { return impl_->file.has(dataset_plan); }
 
 std::string RecordingReader::label(const std::string& name) const {
-    return impl_->file.has_attribute("/", name) ? impl_->file.text_attribute("/", name) : "";
+    return impl_->file.has_attribute("/", name) ? impl_->file.attribute<std::string>("/", name) : "";
 }
 
 void RecordingReader::read(int trajectory, int begin, int count, Vertices& x) const {
@@ -289,7 +289,7 @@ const std::vector<std::int64_t>& RecordingReader::contact_edge_offsets(int traje
     return impl_->at(trajectory).edge_offsets;
 }
 
-std::vector<FrameExtras> RecordingReader::read_fields(int trajectory, int begin, int count) const {
+std::vector<FrameExtras> RecordingReader::read_extras(int trajectory, int begin, int count) const {
     const FrameContents& contents = this->contents(trajectory);
     std::vector<FrameExtras> extras(count);
     Vertices rows;
@@ -301,15 +301,24 @@ std::vector<FrameExtras> RecordingReader::read_fields(int trajectory, int begin,
             extras[static_cast<std::size_t>(i)].fields[field.field] =
                 rows.middleRows(i * per_frame, per_frame);
     }
-    return extras;
-}
-
-std::vector<FrameExtras> RecordingReader::read_extras(int trajectory, int begin, int count) const {
-    std::vector<FrameExtras> extras = read_fields(trajectory, begin, count);
-    if (!contents(trajectory).contact_edges) return extras;
+    if (!contents.contact_edges) return extras;
     auto edges = read_contact_edges(trajectory, begin, count);
     for (std::size_t i = 0; i < extras.size(); ++i) extras[i].contact_edges = std::move(edges[i]);
     return extras;
+}
+
+void check_recording(std::string_view body_hash, Eigen::Index nodes, const RecordingReader& recording) {
+    const auto& infos = recording.trajectories();
+    for (std::size_t i = 0; i < infos.size(); ++i) {
+        if (infos[i].body_hash != body_hash)
+            throw std::runtime_error(
+                fmt::format("{}: trajectory {} is of body {:.12}, but this body is {:.12}",
+                            recording.path().string(), infos[i].id, infos[i].body_hash, body_hash));
+        const int recorded = recording.nodes(i);
+        if (recorded != nodes)
+            throw std::runtime_error(fmt::format("{}: trajectory {} has {} nodes, but the body has {}",
+                                                 recording.path().string(), infos[i].id, recorded, nodes));
+    }
 }
 
 }  // namespace nbd

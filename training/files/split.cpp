@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "collision/base/counter_random.hpp"
-#include "training/files/dataset_manifest.hpp"
 
 namespace nbd {
 
@@ -28,13 +27,12 @@ std::vector<int> frames_of(const RecordingReader& recording, int trajectory, boo
     return frames;
 }
 
-HeldOut stored_split(const RecordingReader& recording, const std::string& name) {
+DatasetSplit stored_split(const RecordingReader& recording, const std::string& name) {
     if (!recording.is_dataset())
         throw std::runtime_error(
             fmt::format("{}: is not a dataset, so it has no split \"{}\"", recording.path().string(), name));
     try {
-        DatasetSplit split = read_dataset_manifest(recording.path()).split(name);
-        return {std::move(split.train), std::move(split.held_out)};
+        return read_dataset_manifest(recording.path()).split(name);
     } catch (const std::invalid_argument& error) {
         throw std::runtime_error(fmt::format("{}: {}", recording.path().string(), error.what()));
     }
@@ -47,7 +45,7 @@ bool is_random_test_frame(const TrainingSplit& split, int trajectory, int frame)
            static_cast<double>(split.random_frame_share);
 }
 
-HeldOut draw_held_out(std::vector<int> ids, double share, std::uint64_t seed) {
+DatasetSplit draw_held_out(std::vector<int> ids, double share, std::uint64_t seed) {
     check_share("held-out trajectories", share);
     const std::ptrdiff_t count = ids.size();
     std::ptrdiff_t held_out = std::lround(share * static_cast<double>(count));
@@ -56,8 +54,9 @@ HeldOut draw_held_out(std::vector<int> ids, double share, std::uint64_t seed) {
     std::ranges::sort(ids, {}, [seed](int id) {
         return std::pair(counter_random(seed, static_cast<std::uint64_t>(id), 0), id);
     });
-    HeldOut split{.train = {ids.begin() + held_out, ids.end()},
-                  .held_out = {ids.begin(), ids.begin() + held_out}};
+    DatasetSplit split{.name = {},
+                       .train = {ids.begin() + held_out, ids.end()},
+                       .held_out = {ids.begin(), ids.begin() + held_out}};
     std::ranges::sort(split.train);
     std::ranges::sort(split.held_out);
     return split;
@@ -69,7 +68,7 @@ TrainingSplit make_split(const RecordingReader& recording, std::optional<double>
     check_share("calibration trajectories", calibration_share);
     check_share("random test frames", random_frame_share);
     const double share = held_out_share.value_or(0.2);
-    HeldOut split;
+    DatasetSplit split;
     if (!split_name.empty()) {
         split = stored_split(recording, split_name);
     } else if (!held_out_share && recording.is_dataset()) {
@@ -80,8 +79,8 @@ TrainingSplit make_split(const RecordingReader& recording, std::optional<double>
             if (t.failure.empty() && t.frames > 0) ids.push_back(t.id);
         split = draw_held_out(std::move(ids), share, seed);
     }
-    HeldOut rest = draw_held_out(split.train, split.train.size() < 2 ? 0 : calibration_share,
-                                 counter_random(seed, 0, 2));
+    DatasetSplit rest = draw_held_out(split.train, split.train.size() < 2 ? 0 : calibration_share,
+                                      counter_random(seed, 0, 2));
     if (rest.train.empty())
         throw std::runtime_error(fmt::format(
             "{}: has {} complete trajectories, and holding out {} of them leaves none to train on",

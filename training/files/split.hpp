@@ -5,20 +5,16 @@
 #include <span>
 #include <vector>
 
+#include "training/files/dataset_manifest.hpp"
 #include "training/files/recording.hpp"
 #include "training/files/tree_file.hpp"
 
 namespace nbd {
 
-/// Ids of training and held-out trajectories, ascending.
-struct HeldOut {
-    std::vector<int> train, held_out;
-};
-
 /// Draws the trajectories that training never sees. share: of `ids`, in [0, 1); a share above 0 holds out at
 /// least one. The draw of a trajectory depends on the seed and its id alone. Throws std::invalid_argument on
 /// a share out of range.
-HeldOut draw_held_out(std::vector<int> ids, double share, std::uint64_t seed);
+DatasetSplit draw_held_out(std::vector<int> ids, double share, std::uint64_t seed);
 
 /// Draws the held-out and the calibration trajectories and fixes which frames of the others are kept out of
 /// training. Failed and empty trajectories are in none of the lists.

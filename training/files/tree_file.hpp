@@ -30,7 +30,7 @@ bool is_random_test_frame(const TrainingSplit& split, int trajectory, int frame)
 
 struct TrainingFacts {
     std::string body_hash;
-    std::string recording_hash;  // recording_hash() of the training data, not of the file
+    std::string recording_hash;  // RecordingHash::hex of the training data, not of the file
     std::string config;          // JSON text of the options
     TrainingSplit split;
     /// Trajectories that the tree was trained and last calibrated on; absent in trees of older files.

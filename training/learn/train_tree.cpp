@@ -10,7 +10,8 @@
 #include "collision/base/counter_random.hpp"
 #include "collision/base/stopwatch.hpp"
 #include "collision/nbd_tree/bd_bound.hpp"
-#include "training/files/frame_stream.hpp"
+#include "training/files/frame_source.hpp"
+#include "training/files/surface_body.hpp"
 #include "training/networks/checkpoint.hpp"
 #include "training/networks/linear_centre.hpp"
 #include "training/networks/round_networks.hpp"
@@ -172,7 +173,7 @@ std::string to_json(const TrainConfig& c) {
 TreeFile train_tree(SurfaceBody body, FrameSource& source, TrainConfig config, const TrainRun& run) {
     const RecordingReader& recording = source.recording();
     check_config(config, body);
-    check_recording(body, recording);
+    check_recording(body.hash, body.W.cols(), recording);
     config.clusters.k_means.seed = counter_random(config.seed, 1, 0);
     config.mlp.seed = counter_random(config.seed, 2, 0);
     config.learned_affine.seed = counter_random(config.seed, 3, 0);

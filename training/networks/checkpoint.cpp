@@ -54,7 +54,7 @@ int load_checkpoint(const std::filesystem::path& path, const std::string& key,
                     std::vector<TrainedMlp>& networks) {
     if (!std::filesystem::exists(path)) return 0;
     const h5::Reader file(path, checkpoint_format);
-    if (file.text_attribute("/", "key") != key) return 0;
+    if (file.attribute<std::string>("/", "key") != key) return 0;
     const auto nodes = file.read<int>("node", {h5::any});
     const auto epochs = file.read<int>("epochs", {nodes.size()});
     const auto losses = file.read<float>("loss", {nodes.size()});

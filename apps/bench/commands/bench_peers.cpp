@@ -13,7 +13,7 @@
 #include "apps/cli/output_paths.hpp"
 #include "apps/drawing/chart.hpp"
 #include "meshing/h5/atomic_file.hpp"
-#include "training/files/frame_stream.hpp"
+#include "training/files/recording.hpp"
 
 namespace nbd {
 namespace {
@@ -95,7 +95,7 @@ void run(const PeersArguments& arguments, Output& out) {
     check_charts();
     const RecordingReader recording(arguments.recording);
     const std::vector<BenchBody> bodies = load_bench_bodies(arguments.bodies);
-    check_recording(bodies.front().surface, recording);
+    check_recording(bodies.front().surface.hash, bodies.front().surface.W.cols(), recording);
     const std::vector<FrameId> frames = unseen_frames(bodies, recording);
     out.text(this_machine());
     if (embree_methods().empty())

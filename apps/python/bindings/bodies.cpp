@@ -153,7 +153,7 @@ std::pair<std::shared_ptr<Body>, CageReport> cage_body(const std::string& name, 
 }
 
 Typed<"dict[str, int]"> defects_of(const CageReport& report) {
-    const SoupReport& soup = report.soup.given;
+    const SoupReport& soup = report.soup;
     py::dict all;
     all["repeating_faces"] = soup.repeating_faces;
     all["flat_faces"] = soup.flat_faces;

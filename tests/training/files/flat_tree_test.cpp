@@ -1,17 +1,16 @@
 #include "collision/flat/flat_tree.hpp"
 
 #include <gtest/gtest.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
-#include <csignal>
 #include <cstring>
 #include <limits>
 #include <memory>
 #include <stdexcept>
 #include <string_view>
+#include <vector>
 
 #include "collision/flat/crc64.hpp"
 #include "collision/flat/flat_file.hpp"
@@ -257,9 +256,7 @@ TEST_F(FlatTree, DetectsEveryTruncation) {
 TEST_F(FlatTree, ChecksTheTableBehindAValidChecksum) {
     // A renewed checksum hides the change, so the table of arrays must be checked itself.
     const Bytes whole = small_file();
-    FlatHeader header;
-    std::memcpy(&header, whole.data(), sizeof header);
-    const std::size_t table_end = sizeof header + header.arrays * sizeof(FlatEntry);
+    const std::size_t table_end = sizeof(FlatHeader) + table_of(whole).size() * sizeof(FlatEntry);
     std::size_t found = 0;
     for (std::size_t i = offsetof(FlatHeader, arrays); i < table_end; ++i)
         for (const auto flip : {std::byte{1}, std::byte{0x80}}) {
@@ -268,7 +265,7 @@ TEST_F(FlatTree, ChecksTheTableBehindAValidChecksum) {
             renew_checksum(file);
             found += !reading_error(file).empty();
         }
-    EXPECT_GT(found, (table_end - sizeof header) / 2);  // the other bytes are the zeros after a name
+    EXPECT_GT(found, (table_end - sizeof(FlatHeader)) / 2);  // the other bytes are the zeros after a name
 }
 
 TEST_F(FlatTree, RejectsForeignFiles) {
@@ -341,16 +338,11 @@ TEST_F(FlatTree, AFailedWriteLeavesTheOldFileAndNoOther) {
     const auto path = folder / "tree.nbd";
     test::write_bytes(path, "old");
     ASSERT_GT(write_flat_tree(tree).size(), 20'000u);
-    const pid_t child = fork();
-    if (child == 0) {
-        std::signal(SIGXFSZ, SIG_IGN);
-        const rlimit limit{10'000, 10'000};
-        setrlimit(RLIMIT_FSIZE, &limit);
+    const int status = test::in_child([&] {
+        test::limit_file_size(10'000);
         const std::string error = error_of([&] { save_flat_tree(path, tree); });
-        _exit(error == path.string() + ": cannot write: File too large" ? 0 : 1);
-    }
-    int status = 0;
-    waitpid(child, &status, 0);
+        if (error != path.string() + ": cannot write: File too large") _exit(1);
+    });
     EXPECT_EQ(status, 0);
     EXPECT_EQ(test::read_bytes(path), "old");
     EXPECT_EQ(files_in_folder(), 1u);

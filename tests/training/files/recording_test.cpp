@@ -283,12 +283,12 @@ TEST_F(RecordingFile, HashesItsPositionsOnly) {
     write_recording(folder / "a.h5", 2);
     write_recording(folder / "b.h5", 2);
     write_recording(folder / "c.h5", 3);
-    const std::string hash = recording_hash(RecordingReader(folder / "a.h5"));
+    const std::string hash = hash_recording(RecordingReader(folder / "a.h5")).hex;
     EXPECT_EQ(hash.size(), 64u);
-    EXPECT_EQ(recording_hash(RecordingReader(folder / "b.h5")), hash);
-    EXPECT_NE(recording_hash(RecordingReader(folder / "c.h5")), hash);
+    EXPECT_EQ(hash_recording(RecordingReader(folder / "b.h5")).hex, hash);
+    EXPECT_NE(hash_recording(RecordingReader(folder / "c.h5")).hex, hash);
     EditFile(folder / "b.h5").set("trajectories/000001/positions", 5, 0.25f);
-    EXPECT_NE(recording_hash(RecordingReader(folder / "b.h5")), hash);
+    EXPECT_NE(hash_recording(RecordingReader(folder / "b.h5")).hex, hash);
 }
 
 }  // namespace

@@ -1,27 +1,27 @@
 #pragma once
 
-#include <filesystem>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "meshing/h5/library.hpp"
+#include "meshing/h5/reader.hpp"
 
 // For the .cpp files of this folder: an nbdtree file open for reading.
 namespace nbd::h5 {
 
-class OpenedFile {
- public:
-    /// Throws std::runtime_error with path, what it is and what was allowed if it is not an nbdtree file.
-    explicit OpenedFile(const std::filesystem::path& path);
-    ~OpenedFile();
-    OpenedFile(const OpenedFile&) = delete;
-    OpenedFile& operator=(const OpenedFile&) = delete;
+struct Reader::Impl {
+    std::filesystem::path path;
+    std::size_t bytes = 0;
+    DrivenFile driven;
+    Handle file;
+    Format format;
+    std::string kept_name;  // the dataset that read_rows() keeps open
+    Handle kept;
 
-    const std::filesystem::path& path() const noexcept { return path_; }
-    const Format& format() const noexcept { return format_; }
-    std::size_t bytes() const noexcept { return bytes_; }
-    hid_t id() const noexcept { return file_.get(); }
+    /// Throws std::runtime_error with path, what it is and what was allowed if it is not an nbdtree file.
+    explicit Impl(const std::filesystem::path& path);
+    ~Impl();
+    Impl(const Impl&) = delete;
+    Impl& operator=(const Impl&) = delete;
 
     /// Throws std::runtime_error "path: what; allowed: allowed".
     [[noreturn]] void refuse(const std::string& what, const std::string& allowed) const;
@@ -31,11 +31,9 @@ class OpenedFile {
     /// Like refuse(), with the reason of the HDF5 call that has just failed; or check_reads().
     [[noreturn]] void refuse_damaged(const std::string& item) const;
 
-    /// Whether a group, dataset or link has this name.
+    /// As of Reader. Each of these throws if the item is missing or of another kind. Texts may have fixed or
+    /// variable length.
     bool has(const std::string& name) const;
-
-    /// Each of these throws if the item is missing or of another kind. Texts may have fixed or variable
-    /// length.
     Handle open_object(const std::string& name) const;
     Handle open_dataset(const std::string& name) const;
     Handle open_attribute(const std::string& object, const std::string& name) const;
@@ -43,13 +41,6 @@ class OpenedFile {
     std::string text_dataset(const std::string& name) const;
     /// value: of memory type `type`. The attribute must hold one number that converts to it.
     void number_attribute(const std::string& object, const std::string& name, Type type, void* value) const;
-
- private:
-    std::filesystem::path path_;
-    std::size_t bytes_ = 0;
-    DrivenFile driven_;
-    Handle file_;
-    Format format_;
 };
 
 }  // namespace nbd::h5

@@ -1,4 +1,4 @@
-#include "training/files/frame_stream.hpp"
+#include "training/files/frame_source.hpp"
 
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ TEST_F(FrameStream, VisitsEveryListedFrameOnceWithItsSurface) {
     std::vector<std::atomic<int>> visits(frames.size()), busy(frame_slots);
     std::set<const float*> buffers;
     std::mutex lock;
-    for_each_frame(bar.body, data, frames, [&](int slot, int index, VerticesRef x) {
+    FrameSource(bar.body.W, data, 0).for_each_frame(frames, [&](int slot, int index, VerticesRef x) {
         EXPECT_EQ(busy[slot]++, 0);
         const FrameId id = frames[index];
         Vertices expected;
@@ -52,16 +52,18 @@ TEST_F(FrameStream, RejectsARecordingOfAnotherBody) {
     Bar bar(1, 1);
     bar.record(folder / "data.h5", 2, 3, 7);
     const RecordingReader data(folder / "data.h5");
-    EXPECT_NO_THROW(check_recording(bar.body, data));
+    EXPECT_NO_THROW(check_recording(bar.body.hash, bar.body.W.cols(), data));
     SurfaceBody other = bar.body;
     other.hash = std::string(64, 'c');
     EXPECT_NE(error_of([&] {
-                  check_recording(other, data);
+                  check_recording(other.hash, other.W.cols(), data);
               }).find("trajectory 0 is of body bbbbbbbbbbbb, but this body is cccccccccccc"),
               std::string::npos);
     other = bar.body;
     other.W.conservativeResize(other.W.rows(), 50);
-    EXPECT_NE(error_of([&] { check_recording(other, data); }).find("has 36 nodes, but the body has 50"),
+    EXPECT_NE(error_of([&] {
+                  check_recording(other.hash, other.W.cols(), data);
+              }).find("has 36 nodes, but the body has 50"),
               std::string::npos);
 }
 
@@ -104,7 +106,7 @@ TEST_F(FrameSourceTest, GivesTheSamePassesWhateverItHasRoomFor) {
                 const RecordingReader data(folder / "data.h5");
                 FrameSource source(bar->body.W, data, room);
                 if (hashed) {
-                    EXPECT_EQ(source.hash(some), recording_hash(streamed));
+                    EXPECT_EQ(source.hashes(some).hex, hash_recording(streamed).hex);
                 }
                 EXPECT_EQ(pass(source, some), few) << room;
                 EXPECT_EQ(pass(source, all), every) << room;
@@ -131,9 +133,9 @@ TEST_F(FrameSourceTest, ReadsEveryFrameOnceWhereThereIsRoom) {
     const RecordingReader data(folder / "data.h5");
     FrameSource source(bar.body.W, data, 400 * static_cast<std::size_t>(bar.body.X.rows()) * 12);
     const auto frames = complete_frames(data);
-    source.hash(frames);
+    source.hashes(frames);
     for (int i = 0; i < 3; ++i) pass(source, frames);
-    source.hash();
+    source.hashes();
     EXPECT_EQ(data.frames(), 400);
     EXPECT_EQ(data.frames_read(), 400);
 }
@@ -146,7 +148,7 @@ TEST_F(FrameSourceTest, RefusesFramesOfAnotherBody) {
     W.conservativeResize(W.rows(), 50);
     FrameSource source(W, data);
     EXPECT_NE(error_of([&] {
-                  source.hash(complete_frames(data));
+                  source.hashes(complete_frames(data));
               }).find("trajectory 0 has 36 nodes, but the embedding has 50"),
               std::string::npos);
     EXPECT_NE(error_of([&] { pass(source, complete_frames(data)); }).find("but the embedding has 50"),
