@@ -1,5 +1,3 @@
-#include "apps/check/check_dataset.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,12 +7,12 @@
 #include <stdexcept>
 #include <string>
 
+#include "apps/check/check_file.hpp"
 #include "apps/dataset/hold_out.hpp"
 #include "apps/dataset/plan.hpp"
 #include "meshing/h5/reader.hpp"
 #include "meshing/h5/sha256.hpp"
 #include "meshing/progress/progress.hpp"
-#include "training/files/dataset_manifest.hpp"
 #include "training/files/recording_format.hpp"
 
 namespace nbd {

@@ -12,15 +12,12 @@
 #include <string>
 #include <vector>
 
-#include "apps/check/check_dataset.hpp"
 #include "collision/flat/flat_file.hpp"
 #include "collision/flat/flat_tree.hpp"
 #include "meshing/body/body.hpp"
 #include "meshing/h5/inspect.hpp"
 #include "meshing/h5/reader.hpp"
 #include "meshing/surface/counted.hpp"
-#include "training/files/dataset_manifest.hpp"
-#include "training/files/recording.hpp"
 #include "training/files/recording_format.hpp"
 #include "training/files/tree_file.hpp"
 

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <atomic>
 #include <csignal>
 #include <deque>
 
@@ -65,6 +66,6 @@ void finish_on_interrupt(bool does_finish) noexcept { finishes = does_finish; }
 
 void clear_line_on_interrupt(bool clears) noexcept { clears_line = clears; }
 
-const std::atomic<bool>& interrupt_flag() noexcept { return flag; }
+bool interrupted() noexcept { return flag; }
 
 }  // namespace nbd

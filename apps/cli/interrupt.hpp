@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -16,18 +15,15 @@ void catch_interrupts(std::string_view program);
 /// at first.
 void say_on_interrupt(std::string kept);
 
-/// From now on, the first such signal only sets interrupt_flag(), so that the command can stop when its files
-/// are complete. A second signal ends the program at once. `finishes` false: as at first.
+/// From now on, the first such signal only makes interrupted() true, so that the command can stop when its
+/// files are complete. A second signal ends the program at once. `finishes` false: as at first.
 void finish_on_interrupt(bool finishes = true) noexcept;
 
 /// Whether the line of the terminal in which the cursor is shall be erased before that message.
 void clear_line_on_interrupt(bool clears) noexcept;
 
 /// True once the user has asked to stop.
-const std::atomic<bool>& interrupt_flag() noexcept;
-
-/// Value of interrupt_flag().
-inline bool interrupted() noexcept { return interrupt_flag().load(); }
+bool interrupted() noexcept;
 
 /// Thrown by a command that the user stopped; the program's exit status is then 130. The text says what was
 /// kept and how to continue.

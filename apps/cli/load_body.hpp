@@ -1,9 +1,15 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
+#include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "apps/cli/output.hpp"
 #include "meshing/body/body.hpp"
+#include "sim/scene/scene.hpp"
 #include "training/files/surface_body.hpp"
 #include "training/files/tree_file.hpp"
 
@@ -22,5 +28,26 @@ TreeFile load_tree_of(const std::filesystem::path& body, const std::string& hash
 /// of one moves the other as well.
 void check_same_tets(const std::filesystem::path& path, const TetMesh& tets,
                      const std::filesystem::path& other_path, const TetMesh& other);
+
+/// All files that a scene names, in order.
+std::vector<std::filesystem::path> scene_inputs(const SceneSpec& spec);
+
+/// Loads the bodies of a scene. A file that several bodies name is read, and meshed if it is a surface, only
+/// once; these bodies share its data.
+class SceneFiles {
+ public:
+    /// Throws what reading, checking and filling throw, one line with the path; std::runtime_error if the
+    /// tree belongs to another body.
+    LoadedBody load(const SceneBody& spec, const Output& out);
+
+ private:
+    std::shared_ptr<const Body> body(const SceneBody& spec, const Output& out);
+
+    std::map<std::string, std::shared_ptr<const Body>> bodies_;
+    std::map<std::pair<const Body*, std::filesystem::path>, std::shared_ptr<const CollisionTree>> trees_;
+};
+
+/// Loads all bodies of a scene, as SceneFiles does.
+std::vector<LoadedBody> load_bodies(const SceneSpec& spec, const Output& out);
 
 }  // namespace nbd

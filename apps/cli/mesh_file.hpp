@@ -8,22 +8,18 @@
 #include "apps/cli/output.hpp"
 #include "meshing/body/body.hpp"
 #include "meshing/cage/cage_body.hpp"
-#include "meshing/surface/subdivide.hpp"
 #include "meshing/tets/tetrahedralize.hpp"
+#include "sim/scene/scene.hpp"
 
 namespace nbd {
 
-struct MeshFileConfig {
-    TetrahedralizeConfig tets;  // for surfaces
-    int cage = 0;               // for surfaces: tet nodes of a cage around any triangle soup; 0: no cage
-    std::string inside;         // for surfaces: body file in whose tetrahedra they lie; empty: none
-    double scale = 1;           // of all coordinates of the file: 0.001 for one in millimetres
-    double weld = 0;  // for surfaces: vertices and edges this close become one, metres; 0: equal ones
-    Material material;
+/// How a file becomes a body: as in scenes, where `tets` and `weld` are for surfaces, and more.
+struct MeshFileConfig : SceneMeshing {
+    int cage = 0;          // for surfaces: tet nodes of a cage around any triangle soup; 0: no cage
+    std::string inside{};  // for surfaces: body file in whose tetrahedra they lie; empty: none
+    Material material{};
     // For files with groups of tetrahedra: what changes the material in these, by name.
     std::map<std::string, MaterialChange> regions{};
-    int levels = 0;  // subdivision levels
-    SubdivisionScheme scheme = SubdivisionScheme::midpoint;
 };
 
 struct MeshedFile {

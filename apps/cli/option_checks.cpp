@@ -3,6 +3,7 @@
 #include <limits>
 #include <utility>
 
+#include "meshing/formats/words.hpp"
 #include "sim/json/nearest_name.hpp"
 
 namespace nbd {
@@ -30,6 +31,25 @@ CLI::Validator whole_number(std::int64_t low, std::int64_t high) {
 
 CLI::Validator not_negative_whole() {
     return whole_number_check(0, std::numeric_limits<int>::max(), ">= 0", ">= 0");
+}
+
+CLI::Validator seed_check() {
+    return CLI::Validator(
+        [](std::string& text) {
+            if (number_in<std::uint64_t>(text)) return std::string();
+            return fmt::format("is '{}'; allowed: a whole number from 0 to 2^64 - 1", text);
+        },
+        ">= 0");
+}
+
+CLI::Validator port_number() {
+    return CLI::Validator(
+        [](std::string& text) {
+            if (text.empty() || number_in<std::uint16_t>(text)) return std::string();
+            return fmt::format(
+                "is '{}'; allowed: a port from 0 to 65535, or nothing as the last word of the command", text);
+        },
+        "");
 }
 
 CLI::Validator one_of(std::vector<std::string> names) {

@@ -3,7 +3,6 @@
 #include <fmt/core.h>
 
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <span>
@@ -45,32 +44,11 @@ CLI::Validator whole_number(std::int64_t low, std::int64_t high);
 CLI::Validator not_negative_whole();
 
 /// Unsigned 64-bit whole number. CLI11 alone would let larger numbers wrap around.
-inline CLI::Validator seed_check() {
-    return CLI::Validator(
-        [](std::string& text) {
-            std::uint64_t value = 0;
-            const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-            if (error == std::errc() && end == text.data() + text.size()) return std::string();
-            return fmt::format("is '{}'; allowed: a whole number from 0 to 2^64 - 1", text);
-        },
-        ">= 0");
-}
+CLI::Validator seed_check();
 
 /// A port of this machine; 0 or nothing: any. The option takes the word behind it, so the message says what
 /// to do if that was meant for another argument.
-inline CLI::Validator port_number() {
-    return CLI::Validator(
-        [](std::string& text) {
-            int port = 0;
-            const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
-            if (text.empty() ||
-                (error == std::errc() && end == text.data() + text.size() && port >= 0 && port <= 65535))
-                return std::string();
-            return fmt::format(
-                "is '{}'; allowed: a port from 0 to 65535, or nothing as the last word of the command", text);
-        },
-        "");
-}
+CLI::Validator port_number();
 
 /// low <= number <= high.
 inline CLI::Validator between(double low, double high) {

@@ -9,6 +9,7 @@
 
 #include "collision/base/file_name.hpp"
 #include "collision/base/temporary_files.hpp"
+#include "meshing/h5/atomic_file.hpp"
 
 namespace nbd {
 namespace {
@@ -43,6 +44,14 @@ void check_output(const std::filesystem::path& path, const std::vector<std::file
     check_extension(path, extension);
 }
 
+void check_outputs(const std::vector<OutputFile>& outputs, const std::vector<std::filesystem::path>& inputs) {
+    std::vector<std::pair<std::string, std::filesystem::path>> named;
+    for (const OutputFile& output : outputs) named.emplace_back(output.what, output.path);
+    check_distinct(named);
+    for (const OutputFile& output : outputs)
+        if (!output.path.empty()) check_output(output.path, inputs, output.extension);
+}
+
 void check_output_folder(const std::filesystem::path& path) {
     namespace fs = std::filesystem;
     fs::path there = fs::absolute(path);
@@ -72,6 +81,13 @@ void check_distinct(const std::vector<std::pair<std::string, std::filesystem::pa
         const auto [other, is_new] = seen.emplace(place, what);
         if (!is_new) cannot_write(path, fmt::format("{} and {} are the same file", other->second, what));
     }
+}
+
+void write_text(const std::filesystem::path& path, std::string_view text) {
+    if (path.empty()) return;
+    h5::AtomicFile file(path);
+    file.out() << text;
+    file.commit();
 }
 
 void make_folder(const std::filesystem::path& path) {

@@ -17,7 +17,7 @@
 
 #include "apps/cli/interrupt.hpp"
 #include "apps/cli/option_checks.hpp"
-#include "apps/sharing/rank.hpp"
+#include "apps/cli/rank.hpp"
 #include "collision/base/notice.hpp"
 #include "collision/kernels/kernels.hpp"
 #include "meshing/h5/version.hpp"

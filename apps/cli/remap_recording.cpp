@@ -8,6 +8,7 @@
 #include "apps/cli/load_body.hpp"
 #include "collision/base/notice.hpp"
 #include "collision/base/stop.hpp"
+#include "meshing/progress/progress.hpp"
 #include "training/files/recording.hpp"
 #include "training/files/recording_hash.hpp"
 
@@ -40,8 +41,7 @@ void copy_frames(const RecordingReader& from, int trajectory, RecordingWriter& t
 }  // namespace
 
 RemappedFrames remap_recording(const std::filesystem::path& path, const Body& from, const Body& to,
-                               const std::filesystem::path& output, int trajectories,
-                               const std::function<void(int done, int all)>& progress) {
+                               const std::filesystem::path& output, int trajectories) {
     check_same_tets(to.name, to.tets, from.name, from.tets);
     const std::string from_hash = body_hash(from), to_hash = body_hash(to);
     const RecordingReader recording(path);
@@ -64,7 +64,7 @@ RemappedFrames remap_recording(const std::filesystem::path& path, const Body& fr
         info.body_hash = to_hash;
         copy_frames(recording, i, writer, info);
         result.frames += info.frames;
-        progress(i + 1, result.trajectories);
+        tell_progress("trajectories", i + 1, result.trajectories);
     }
     writer.finish();
     return result;

@@ -40,6 +40,23 @@ struct Clip {
 /// get +z. n: out, [vertices, 3].
 void smooth_normals(VerticesRef x, FacesRef F, Vertices& n);
 
+/// Most frames of a clip as glTF: each one after the first is a morph target, which programs hold in memory.
+inline constexpr int most_glb_frames = 240;
+
+/// Writes a clip as binary glTF 2.0. Each body is a mesh of its own whose vertices are those of the surface,
+/// in order and in world space; its first frame is the mesh, each other one a morph target with positions and
+/// normals, and an animation goes from one to the next at their times. A node above them turns `up` to +y.
+/// Throws std::invalid_argument for more than most_glb_frames frames, or more than the 4 GiB that a file can
+/// hold.
+void write_glb(std::ostream& out, const Clip& clip);
+
+/// Writes the vertices of a body in all frames as a LightWave point cache (.mdd): numbers of frames and
+/// vertices, the frames' times from 0 on, positions; big-endian, 4 bytes each.
+void write_mdd(std::ostream& out, const Clip& clip, int body);
+
+/// Likewise as a point cache of 3ds Max (.pc2), little-endian: it has no times, one sample is one frame.
+void write_pc2(std::ostream& out, const Clip& clip, int body);
+
 /// Writes numbers of four bytes in the byte order of a file format.
 template <std::endian order, class Number>
 void write_numbers(std::ostream& out, std::span<const Number> numbers) {

@@ -1,5 +1,3 @@
-#include "apps/clip/glb.hpp"
-
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
@@ -216,6 +214,22 @@ void check_size(const Clip& clip) {
 }
 
 }  // namespace
+
+void smooth_normals(VerticesRef x, FacesRef F, Vertices& n) {
+    Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> sum(x.rows(), 3);
+    sum.setZero();
+    for (Eigen::Index f = 0; f < F.rows(); ++f) {
+        const Eigen::RowVector3d a = x.row(F(f, 0)).cast<double>();
+        const Eigen::RowVector3d normal =
+            (x.row(F(f, 1)).cast<double>() - a).cross(x.row(F(f, 2)).cast<double>() - a);
+        for (int c = 0; c < 3; ++c) sum.row(F(f, c)) += normal;
+    }
+    n.resize(x.rows(), 3);
+    for (Eigen::Index v = 0; v < x.rows(); ++v) {
+        const double length = sum.row(v).norm();
+        n.row(v) = length > 0 ? (sum.row(v) / length).cast<float>().eval() : Eigen::RowVector3f(0, 0, 1);
+    }
+}
 
 void write_glb(std::ostream& out, const Clip& clip) {
     if (clip.frames() > most_glb_frames)

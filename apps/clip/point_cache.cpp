@@ -1,5 +1,3 @@
-#include "apps/clip/point_cache.hpp"
-
 #include <cstdint>
 
 #include "apps/clip/clip.hpp"

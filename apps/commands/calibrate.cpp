@@ -1,12 +1,12 @@
+#include "training/calibrate/calibrate.hpp"
+
 #include <fmt/core.h>
 
-#include <memory>
 #include <optional>
 
 #include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/commands/training_options.hpp"
-#include "apps/train/tree_training.hpp"
 #include "training/files/frame_source.hpp"
 #include "training/files/recording.hpp"
 #include "training/files/tree_file.hpp"
@@ -45,19 +45,18 @@ void run(const CalibrateArguments& arguments, Output& out) {
 }  // namespace
 
 void add_calibrate(CLI::App& app, Output& out) {
-    auto arguments = std::make_shared<CalibrateArguments>();
-    CLI::App* command = app.add_subcommand(
-        "calibrate", "Calibrates a tree's bounds again, for another miss rate or on other poses");
-    command->footer(
+    const auto [command, arguments] = add_command<CalibrateArguments>(
+        app, out, "calibrate", "Calibrates a tree's bounds again, for another miss rate or on other poses",
+        run);
+    command.footer(
         "DATA is the training recording, of which the trajectories kept for calibration are used, or "
         "another\n"
         "recording of the body, of which all complete trajectories are used.");
-    command->add_option("TREE", arguments->tree, "Tree file")->required();
-    command->add_option("DATA", arguments->recording, "Recording of the body")->required();
-    command->add_option("-o,--output", arguments->output, "Tree file to write; may be TREE")->required();
-    add_calibration_options(*command, arguments->config);
-    add_memory_option(*command, arguments->memory);
-    command->final_callback([arguments, &out] { run(*arguments, out); });
+    command.add_option("TREE", arguments.tree, "Tree file")->required();
+    command.add_option("DATA", arguments.recording, "Recording of the body")->required();
+    command.add_option("-o,--output", arguments.output, "Tree file to write; may be TREE")->required();
+    add_calibration_options(command, arguments.config);
+    add_memory_option(command, arguments.memory);
 }
 
 }  // namespace nbd

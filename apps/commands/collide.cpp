@@ -1,7 +1,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <memory>
 #include <optional>
 #include <utility>
 
@@ -9,8 +8,8 @@
 #include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/source/pose_argument.hpp"
+#include "apps/view/make_view.hpp"
 #include "apps/view/page.hpp"
-#include "apps/view/scene_view.hpp"
 #include "collision/geometry/triangle_triangle.hpp"
 #include "collision/query/pair_query.hpp"
 #include "meshing/h5/atomic_file.hpp"
@@ -79,10 +78,8 @@ void write_view(const CollideArguments& arguments, const PoseArgument& a, const 
 }
 
 void run(const CollideArguments& arguments, Output& out) {
-    check_distinct({{"pairs", arguments.pairs}, {"view", arguments.page}});
-    for (const auto& [output, extension] :
-         {std::pair(arguments.pairs, ".csv"), std::pair(arguments.page, ".html")})
-        if (!output.empty()) check_output(output, {arguments.a, arguments.b}, extension);
+    check_outputs({{"pairs", arguments.pairs, ".csv"}, {"view", arguments.page, ".html"}},
+                  {arguments.a, arguments.b});
     out.work("colliding");
     const BoundKind bounds = bound_kind(arguments.bounds);
     PoseArgument a = read_pose(arguments.a, bounds), b = read_pose(arguments.b, bounds);
@@ -129,32 +126,31 @@ void run(const CollideArguments& arguments, Output& out) {
 }  // namespace
 
 void add_collide(CLI::App& app, Output& out) {
-    auto arguments = std::make_shared<CollideArguments>();
-    CLI::App* command = app.add_subcommand("collide", "Finds the faces of two surfaces that touch");
-    command->footer(
+    const auto [command, arguments] =
+        add_command<CollideArguments>(app, out, "collide", "Finds the faces of two surfaces that touch", run);
+    command.footer(
         "A and B: a surface file (with boxes as bounds, or exact spheres beside spheres), or TREE.h5@POSE,\n"
         "where POSE is a surface file with the tree's faces or RECORDING.h5:trajectory:frame.");
-    command->add_option("A", arguments->a, "First surface")->required();
-    command->add_option("B", arguments->b, "Second surface")->required();
+    command.add_option("A", arguments.a, "First surface")->required();
+    command.add_option("B", arguments.b, "Second surface")->required();
     command
-        ->add_option("--bounds", arguments->bounds,
-                     "Bounds of surfaces given as TREE.h5@POSE; surface files can have exact and boxes")
+        .add_option("--bounds", arguments.bounds,
+                    "Bounds of surfaces given as TREE.h5@POSE; surface files can have exact and boxes")
         ->capture_default_str()
         ->check(bounds_name());
     command
-        ->add_option("--margin", arguments->margin,
-                     "Share added to all radii, with no exact spheres out of range; default: as the "
-                     "tree was calibrated")
+        .add_option("--margin", arguments.margin,
+                    "Share added to all radii, with no exact spheres out of range; default: as the "
+                    "tree was calibrated")
         ->check(between(0, 10));
     command
-        ->add_option("--within", arguments->distance,
-                     "Report faces at most this far apart (metres), not only touching ones")
+        .add_option("--within", arguments.distance,
+                    "Report faces at most this far apart (metres), not only touching ones")
         ->check(not_negative());
-    command->add_option("--pairs", arguments->pairs,
-                        "File for the pairs face_a,face_b (CSV): 0-based, in the files' face order, sorted");
-    command->add_option("--view", arguments->page,
-                        "Page (HTML) that shows both surfaces in a browser, with these faces marked");
-    command->final_callback([arguments, &out] { run(*arguments, out); });
+    command.add_option("--pairs", arguments.pairs,
+                       "File for the pairs face_a,face_b (CSV): 0-based, in the files' face order, sorted");
+    command.add_option("--view", arguments.page,
+                       "Page (HTML) that shows both surfaces in a browser, with these faces marked");
 }
 
 }  // namespace nbd

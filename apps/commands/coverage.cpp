@@ -3,14 +3,12 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <memory>
 #include <optional>
 
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/commands/training_options.hpp"
-#include "meshing/h5/atomic_file.hpp"
 #include "training/calibrate/calibrate.hpp"
 #include "training/calibrate/random_splits.hpp"
 #include "training/evaluate/contact_scenes.hpp"
@@ -43,13 +41,6 @@ std::vector<BoundKind> chosen_bounds(const CoverageArguments& arguments, const C
     return kinds;
 }
 
-void write(const std::string& path, const std::string& text) {
-    if (path.empty()) return;
-    h5::AtomicFile file(path);
-    file.out() << text;
-    file.commit();
-}
-
 nlohmann::ordered_json to_json(const CoverageRow& row) {
     return {{"bound", name(row.bound)},
             {"depth", row.depth},
@@ -77,9 +68,8 @@ nlohmann::ordered_json to_json(const ContactScenesRow& row) {
 }
 
 void run(const CoverageArguments& arguments, Output& out) {
-    for (const std::string& path : {arguments.csv, arguments.contacts_csv})
-        if (!path.empty()) check_output(path, {arguments.tree, arguments.recording}, ".csv");
-    check_distinct({{"csv", arguments.csv}, {"contacts csv", arguments.contacts_csv}});
+    check_outputs({{"csv", arguments.csv, ".csv"}, {"contacts csv", arguments.contacts_csv, ".csv"}},
+                  {arguments.tree, arguments.recording});
     const TreeFile file = load_tree(arguments.tree);
     const RecordingReader recording(arguments.recording);
     const auto tree = refer_to(file.tree);
@@ -100,7 +90,7 @@ void run(const CoverageArguments& arguments, Output& out) {
     }
     out.text(poses.name);
     if (!coverage.empty()) out.text(to_text(coverage));
-    write(arguments.csv, to_csv(coverage));
+    write_text(arguments.csv, to_csv(coverage));
     nlohmann::ordered_json coverage_table = nlohmann::ordered_json::array(), contact_table = coverage_table;
     for (const CoverageRow& row : coverage) coverage_table.push_back(to_json(row));
     if (arguments.contacts.scenes > 0) {
@@ -108,7 +98,7 @@ void run(const CoverageArguments& arguments, Output& out) {
         const auto rows =
             check_contact_scenes(body, tree, kinds, recording, poses.frames, arguments.contacts);
         out.text(to_text(rows));
-        write(arguments.contacts_csv, to_csv(rows));
+        write_text(arguments.contacts_csv, to_csv(rows));
         for (const ContactScenesRow& row : rows) contact_table.push_back(to_json(row));
     }
     if (arguments.splits > 0) {
@@ -125,40 +115,40 @@ void run(const CoverageArguments& arguments, Output& out) {
 }  // namespace
 
 void add_coverage(CLI::App& app, Output& out) {
-    auto arguments = std::make_shared<CoverageArguments>();
-    CLI::App* command = app.add_subcommand("coverage",
-                                           "Measures whether a tree's calibrated bounds keep their stated "
-                                           "miss rate, and how many face pairs they miss");
-    command->footer(
+    const auto [command, arguments] =
+        add_command<CoverageArguments>(app, out, "coverage",
+                                       "Measures whether a tree's calibrated bounds keep their stated "
+                                       "miss rate, and how many face pairs they miss",
+                                       run);
+    command.footer(
         "Uses the held-out trajectories of the training recording. Of another recording of the body, uses "
         "all\n"
         "complete trajectories.");
-    command->add_option("TREE", arguments->tree, "Tree file")->required();
-    command->add_option("DATA", arguments->recording, "Recording of the body")->required();
+    command.add_option("TREE", arguments.tree, "Tree file")->required();
+    command.add_option("DATA", arguments.recording, "Recording of the body")->required();
     command
-        ->add_option("--bounds", arguments->bounds,
-                     "Bounds to measure, separated by commas; default: all calibrated ones")
+        .add_option("--bounds", arguments.bounds,
+                    "Bounds to measure, separated by commas; default: all calibrated ones")
         ->delimiter(',')
         ->check(bounds_name());
     command
-        ->add_option("--contacts", arguments->contacts.scenes,
-                     "Number of contact scenes of two bodies in which to count missed face pairs; 0: none")
+        .add_option("--contacts", arguments.contacts.scenes,
+                    "Number of contact scenes of two bodies in which to count missed face pairs; 0: none")
         ->capture_default_str()
         ->check(whole_number(0, 1'000'000));
-    command->add_option("--seed", arguments->contacts.seed, "Seed of the contact scenes")
+    command.add_option("--seed", arguments.contacts.seed, "Seed of the contact scenes")
         ->capture_default_str()
         ->check(seed_check());
     command
-        ->add_option("--splits", arguments->splits,
-                     "Number of random splits of all trajectories that training did not see into calibration "
-                     "and test; prints how often the stated miss rate was kept")
+        .add_option("--splits", arguments.splits,
+                    "Number of random splits of all trajectories that training did not see into calibration "
+                    "and test; prints how often the stated miss rate was kept")
         ->capture_default_str()
         ->check(whole_number(0, 100'000));
-    add_memory_option(*command, arguments->memory);
-    command->add_option("--csv", arguments->csv, "File for the table of nodes and vertices (CSV)");
-    command->add_option("--contacts-csv", arguments->contacts_csv,
-                        "File for the table of contact scenes (CSV)");
-    command->final_callback([arguments, &out] { run(*arguments, out); });
+    add_memory_option(command, arguments.memory);
+    command.add_option("--csv", arguments.csv, "File for the table of nodes and vertices (CSV)");
+    command.add_option("--contacts-csv", arguments.contacts_csv,
+                       "File for the table of contact scenes (CSV)");
 }
 
 }  // namespace nbd

@@ -1,11 +1,13 @@
 #include <fmt/core.h>
 #include <tbb/global_control.h>
 
+#include <atomic>
 #include <memory>
 
 #include "apps/cli/interrupt.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
+#include "apps/cli/rank.hpp"
 #include "apps/cli/test_points.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/dataset/card.hpp"
@@ -13,10 +15,8 @@
 #include "apps/dataset/plan.hpp"
 #include "apps/dataset/producer.hpp"
 #include "apps/dataset/variety.hpp"
-#include "apps/sharing/rank.hpp"
 #include "meshing/body/body.hpp"
 #include "meshing/body/body_hints.hpp"
-#include "meshing/h5/atomic_file.hpp"
 #include "meshing/surface/counted.hpp"
 #include "sim/factor/blas.hpp"
 #include "training/files/dataset_manifest.hpp"
@@ -72,10 +72,7 @@ ProducerHooks hooks_for(const ShardFolder& folder, Output& out) {
 /// Writes the card and the table of a merged dataset. Every rank does, since any other may have been killed.
 void write_summaries(const DatasetArguments& arguments, const ShardFolder& folder, const Body& body) {
     write_card(folder, body, std::filesystem::path(arguments.body).filename().string(), arguments.licence);
-    if (arguments.csv.empty()) return;
-    h5::AtomicFile file(arguments.csv);
-    file.out() << to_csv(variety_from_json(read_dataset_manifest(folder.view()).variety));
-    file.commit();
+    write_text(arguments.csv, to_csv(variety_from_json(read_dataset_manifest(folder.view()).variety)));
 }
 
 void report(const DatasetArguments& arguments, const ShardFolder& folder, const Body& body,
@@ -109,9 +106,8 @@ void run(const DatasetArguments& arguments, Output& out) {
         out.quiet = true;
         out.json = false;
     }
-    check_output(arguments.output, {arguments.body}, ".h5");
-    check_distinct({{"dataset", arguments.output}, {"csv", arguments.csv}});
-    if (!arguments.csv.empty()) check_output(arguments.csv, {arguments.body, arguments.recipe}, ".csv");
+    check_outputs({{"dataset", arguments.output, ".h5"}, {"csv", arguments.csv, ".csv"}},
+                  {arguments.body, arguments.recipe});
     DatasetPlan plan = arguments.plan;
     plan.excitation.ranges = load_ranges(arguments);
     hold_blas_to_one_thread();
@@ -211,40 +207,40 @@ void add_split_options(CLI::App& command, DatasetPlan& plan) {
 }  // namespace
 
 void add_dataset(CLI::App& app, Output& out) {
-    auto arguments = std::make_shared<DatasetArguments>();
-    DatasetPlan& plan = arguments->plan;
-    CLI::App* command = app.add_subcommand("dataset",
-                                           "Simulates trajectories for training; alone, under mpirun, or in "
-                                           "job arrays. The same command continues an interrupted run");
-    command->add_option("BODY", arguments->body, "Body file")->required();
+    DatasetPlan& plan = arguments.plan;
+    const auto [command, arguments] =
+        add_command<DatasetArguments>(app, out, "dataset",
+                                      "Simulates trajectories for training; alone, under mpirun, or in "
+                                      "job arrays. The same command continues an interrupted run",
+                                      run);
+    command.add_option("BODY", arguments.body, "Body file")->required();
     command
-        ->add_option("-o,--output", arguments->output,
-                     "Dataset to write; the frames go to a folder of the same name with .shards")
+        .add_option("-o,--output", arguments.output,
+                    "Dataset to write; the frames go to a folder of the same name with .shards")
         ->required();
-    command->add_option("--recipe", arguments->recipe,
-                        "JSON file that describes what happens in the trajectories, see assets/recipes");
-    command->add_option("--trajectories", plan.trajectories, "Number of trajectories")
+    command.add_option("--recipe", arguments.recipe,
+                       "JSON file that describes what happens in the trajectories, see assets/recipes");
+    command.add_option("--trajectories", plan.trajectories, "Number of trajectories")
         ->capture_default_str()
         ->check(whole_number(1, 1'000'000));
-    add_motion_options(*command, *arguments);
+    add_motion_options(command, arguments);
     command
-        ->add_option("--attempts", plan.attempts,
-                     "Maximum attempts per trajectory; each one after a failure halves the time step")
+        .add_option("--attempts", plan.attempts,
+                    "Maximum attempts per trajectory; each one after a failure halves the time step")
         ->capture_default_str()
         ->check(whole_number(1, 8));
-    add_split_options(*command, plan);
-    add_extras_options(*command, plan.extras);
-    command->add_option("--per-shard", plan.per_shard, "Trajectories per file")
+    add_split_options(command, plan);
+    add_extras_options(command, plan.extras);
+    command.add_option("--per-shard", plan.per_shard, "Trajectories per file")
         ->capture_default_str()
         ->check(whole_number(1, 1'000'000));
-    command->add_option(
-        "--shard", arguments->shard,
+    command.add_option(
+        "--shard", arguments.shard,
         "i/N: only trajectories i, i + N, i + 2 N, ...; merge with the same command without it");
-    command->add_option("--licence", arguments->licence,
-                        "What the dataset's card, README.md beside the frames, says of its licence");
-    command->add_option("--csv", arguments->csv,
-                        "File for the spread of the modal coordinates, one line per mode (CSV)");
-    command->final_callback([arguments, &out] { run(*arguments, out); });
+    command.add_option("--licence", arguments.licence,
+                       "What the dataset's card, README.md beside the frames, says of its licence");
+    command.add_option("--csv", arguments.csv,
+                       "File for the spread of the modal coordinates, one line per mode (CSV)");
 }
 
 }  // namespace nbd

@@ -3,15 +3,12 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <memory>
-#include <utility>
 
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/drawing/chart.hpp"
 #include "apps/figures/html_report.hpp"
-#include "meshing/h5/atomic_file.hpp"
 #include "training/files/recording.hpp"
 #include "training/files/tree_file.hpp"
 
@@ -21,7 +18,6 @@ namespace {
 struct EvaluateArguments {
     std::string tree, recording, csv, html;
     std::vector<std::string> bounds{"exact", "bd", "nbd", "learned_affine"};
-    bool all_depths = false;
     EvaluateConfig config;
 };
 
@@ -51,10 +47,8 @@ std::vector<EvaluationRow> evaluated(const std::string& path, const TreeFile& tr
 }
 
 void run(const EvaluateArguments& arguments, Output& out) {
-    check_distinct({{"the table", arguments.csv}, {"the report", arguments.html}});
-    for (const auto& [output, extension] :
-         {std::pair(arguments.csv, ".csv"), std::pair(arguments.html, ".html")})
-        if (!output.empty()) check_output(output, {arguments.tree, arguments.recording}, extension);
+    check_outputs({{"the table", arguments.csv, ".csv"}, {"the report", arguments.html, ".html"}},
+                  {arguments.tree, arguments.recording});
     if (!arguments.html.empty()) check_charts();  // fail early
     EvaluateConfig config = arguments.config;
     config.bounds.clear();
@@ -68,18 +62,12 @@ void run(const EvaluateArguments& arguments, Output& out) {
         out.work("making the report");
         const std::string body = std::filesystem::path(arguments.tree).stem().string();
         const BodyFigures figures = make_body_figures(body, tree, recording, config.max_frames);
-        h5::AtomicFile file(arguments.html);
-        file.out() << html_report(tree, figures, measure_coverages(tree, recording, config.max_frames),
-                                  out.command_line);
-        file.commit();
+        const auto coverages = measure_coverages(tree, recording, config.max_frames);
+        write_text(arguments.html, html_report(tree, figures, coverages, out.command_line));
     }
-    if (!arguments.csv.empty()) {
-        h5::AtomicFile file(arguments.csv);
-        file.out() << to_csv(rows);
-        file.commit();
-    }
-    out.text(to_text(rows, arguments.all_depths));
-    if (!arguments.all_depths) out.text("root, middle and leaves; every depth: --all-depths, --csv");
+    write_text(arguments.csv, to_csv(rows));
+    out.text(to_text(rows));
+    out.text("root, middle and leaves; every depth: --csv");
     nlohmann::ordered_json table = nlohmann::ordered_json::array();
     for (const EvaluationRow& row : rows) table.push_back(to_json(row));
     out.result({{"rows", table}});
@@ -88,35 +76,32 @@ void run(const EvaluateArguments& arguments, Output& out) {
 }  // namespace
 
 void add_evaluate(CLI::App& app, Output& out) {
-    auto arguments = std::make_shared<EvaluateArguments>();
-    CLI::App* command = app.add_subcommand(
-        "evaluate",
-        "Measures how tight a tree's bounds are and how often they miss, on poses that training did not see");
-    command->add_option("TREE", arguments->tree, "Tree file")->required();
+    const auto [command, arguments] = add_command<EvaluateArguments>(
+        app, out, "evaluate",
+        "Measures how tight a tree's bounds are and how often they miss, on poses that training did not see",
+        run);
+    command.add_option("TREE", arguments.tree, "Tree file")->required();
     command
-        ->add_option("DATA", arguments->recording,
-                     "Recording of the body: the training recording or another one")
+        .add_option("DATA", arguments.recording,
+                    "Recording of the body: the training recording or another one")
         ->required();
-    command->add_option("--bounds", arguments->bounds, "Bounds to evaluate, separated by commas")
+    command.add_option("--bounds", arguments.bounds, "Bounds to evaluate, separated by commas")
         ->delimiter(',')
         ->capture_default_str()
         ->check(bounds_name());
     command
-        ->add_option("--margins", arguments->config.margins,
-                     "Shares added to every radius, separated by commas")
+        .add_option("--margins", arguments.config.margins,
+                    "Shares added to every radius, separated by commas")
         ->delimiter(',')
         ->capture_default_str()
         ->check(between(0, 10));
     command
-        ->add_option("--max-frames", arguments->config.max_frames,
-                     "Maximum frames per set, evenly spread; 0: all")
+        .add_option("--max-frames", arguments.config.max_frames,
+                    "Maximum frames per set, evenly spread; 0: all")
         ->capture_default_str()
         ->check(not_negative_whole());
-    command->add_flag("--all-depths", arguments->all_depths,
-                      "Print every depth; without it, the root, the middle and the leaves");
-    command->add_option("--csv", arguments->csv, "File for the table (CSV), every depth");
-    command->add_option("--html", arguments->html, "File for an HTML page with tables, charts and pictures");
-    command->final_callback([arguments, &out] { run(*arguments, out); });
+    command.add_option("--csv", arguments.csv, "File for the table (CSV), every depth");
+    command.add_option("--html", arguments.html, "File for an HTML page with tables, charts and pictures");
 }
 
 }  // namespace nbd

@@ -1,11 +1,8 @@
 #include <fmt/core.h>
 
-#include <memory>
-
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
-#include "apps/clip/glb.hpp"
-#include "apps/clip/point_cache.hpp"
+#include "apps/clip/clip.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/simulate/simulation_outputs.hpp"
 #include "apps/source/shown_source.hpp"
@@ -45,16 +42,15 @@ void export_tree(const ExportArguments& arguments, Output& out) {
 Clip clip_of(const ShownRecording& shown) {
     Clip clip{.title = shown.scene.title,
               .up = shown.scene.up,
-              .origin = shown.origin,
+              .origin = shown.recording->origin(),
               .times = shown.scene.times,
               .bodies = {},
               .read = {}};
     for (const ViewSource& source : shown.sources.bodies)
         clip.bodies.push_back({source.name, source.tree.tree->faces, source.tree.tree->vertex_count});
     clip.read = [&shown, nodes = Vertices()](int body, int frame, Vertices& x) mutable {
-        const SurfaceEmbedding& W = shown.sources.bodies[body].tree.W;
-        shown.sources.read_nodes(body, shown.scene.numbers[frame], nodes);
-        apply_embedding(W, nodes, x);
+        shown.read_nodes(body, frame, nodes);
+        apply_embedding(shown.sources.bodies[body].tree.W, nodes, x);
     };
     return clip;
 }
@@ -137,39 +133,37 @@ void run(const ExportArguments& arguments, Output& out) {
 }  // namespace
 
 void add_export(CLI::App& app, Output& out) {
-    auto arguments = std::make_shared<ExportArguments>();
-    SourceArgument& source = arguments->source;
+    const auto [command, arguments] = add_command<ExportArguments>(
+        app, out, "export", "Writes a tree, or the surfaces of a recording, for other programs", run);
+    SourceArgument& source = arguments.source;
     source.frames = std::numeric_limits<int>::max();
-    CLI::App* command =
-        app.add_subcommand("export", "Writes a tree, or the surfaces of a recording, for other programs");
     command
-        ->add_option("SOURCE", source.source,
-                     "Tree file; or a recording, or a trajectory of one, as `view` takes it")
+        .add_option("SOURCE", source.source,
+                    "Tree file; or a recording, or a trajectory of one, as `view` takes it")
         ->required();
-    CLI::Option_group* form = command->add_option_group("form");
-    CLI::Option* flat = form->add_flag("--flat", arguments->is_flat,
+    CLI::Option_group* form = command.add_option_group("form");
+    CLI::Option* flat = form->add_flag("--flat", arguments.is_flat,
                                        "Write the whole tree as one file of plain arrays, for programs "
                                        "that embed nbd::collision (see collision/flat)");
     form->add_option(
-        "--gltf", arguments->gltf,
+        "--gltf", arguments.gltf,
         fmt::format("Binary glTF to write (.glb), with a morph target for each of at most {} frames",
                     most_glb_frames));
-    form->add_option("--mdd", arguments->mdd,
+    form->add_option("--mdd", arguments.mdd,
                      "Point cache to write (.mdd), and beside it the surface at rest (NAME_rest.obj)");
-    form->add_option("--pc2", arguments->pc2, "Likewise (.pc2)");
+    form->add_option("--pc2", arguments.pc2, "Likewise (.pc2)");
     form->require_option(1);
     flat->needs(
-        command->add_option("-o,--output", arguments->flat, "Flat file to write, TREE.nbd")->needs(flat));
+        command.add_option("-o,--output", arguments.flat, "Flat file to write, TREE.nbd")->needs(flat));
     std::vector<CLI::Option*> of_clips{
         command
-            ->add_option("--frames", source.frames,
-                         "Frames of a recording to write, evenly spread; default: all")
+            .add_option("--frames", source.frames,
+                        "Frames of a recording to write, evenly spread; default: all")
             ->check(whole_number(1, 10'000'000)),
-        command->add_option("--body", source.body, "Body file of RECORDING.h5:trajectory"),
-        command->add_option("--scene", source.scene,
-                            "Scene file, or its folder, of a recording that was moved away from it")};
+        command.add_option("--body", source.body, "Body file of RECORDING.h5:trajectory"),
+        command.add_option("--scene", source.scene,
+                           "Scene file, or its folder, of a recording that was moved away from it")};
     for (CLI::Option* option : of_clips) option->excludes(flat);
-    command->final_callback([arguments, &out] { run(*arguments, out); });
 }
 
 }  // namespace nbd

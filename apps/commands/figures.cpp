@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
-#include <memory>
 #include <set>
 #include <tuple>
 
@@ -72,19 +71,17 @@ void run(const FiguresArguments& arguments, Output& out) {
 }  // namespace
 
 void add_figures(CLI::App& app, Output& out) {
-    auto arguments = std::make_shared<FiguresArguments>();
-    CLI::App* command = app.add_subcommand(
-        "figures", "Makes the paper's figures 6, 7, 8 and 10 of trained trees, as tables and pictures");
+    const auto [command, arguments] = add_command<FiguresArguments>(
+        app, out, "figures",
+        "Makes the paper's figures 6, 7, 8 and 10 of trained trees, as tables and pictures", run);
     command
-        ->add_option("--body", arguments->bodies,
-                     "Name, tree file and recording of a body; repeat for each body")
+        .add_option("--body", arguments.bodies,
+                    "Name, tree file and recording of a body; repeat for each body")
         ->required();
-    command->add_option("-o,--output", arguments->folder, "Folder to write to")->required();
-    command
-        ->add_option("--max-frames", arguments->max_frames, "Maximum frames per set, evenly spread; 0: all")
+    command.add_option("-o,--output", arguments.folder, "Folder to write to")->required();
+    command.add_option("--max-frames", arguments.max_frames, "Maximum frames per set, evenly spread; 0: all")
         ->capture_default_str()
         ->check(not_negative_whole());
-    command->final_callback([arguments, &out] { run(*arguments, out); });
 }
 
 }  // namespace nbd

@@ -3,20 +3,22 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <memory>
 #include <stdexcept>
 
-#include "apps/check/check_dataset.hpp"
 #include "apps/check/check_file.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/dataset/variety.hpp"
 #include "collision/flat/flat_file.hpp"
 #include "collision/flat/flat_tree.hpp"
 #include "meshing/surface/counted.hpp"
-#include "training/files/dataset_manifest.hpp"
 
 namespace nbd {
 namespace {
+
+struct InspectArguments {
+    std::string file, body;
+    bool check = false;
+};
 
 /// Summary of a dataset's manifest, after verifying the checksums of its files.
 std::string inspect_dataset(const std::filesystem::path& path, const Output& out) {
@@ -51,34 +53,30 @@ std::string inspect_container(const std::filesystem::path& path, const Output& o
     return report;
 }
 
+void run(const InspectArguments& arguments, Output& out) {
+    const auto& [file, body, deep] = arguments;
+    if (std::filesystem::exists(file) && !std::filesystem::is_regular_file(file) &&
+        !std::filesystem::is_directory(file))
+        throw std::runtime_error(file + ": is a special file; allowed: a regular file");
+    out.work("reading");
+    const std::string report = deep                        ? check_file(file, body)
+                               : begins_as_flat_tree(file) ? inspect_flat_tree(file)
+                                                           : inspect_container(file, out);
+    out.text(report);
+    out.result({{"file", file}, {"whole", true}, {"report", report}});
+}
+
 }  // namespace
 
 void add_inspect(CLI::App& app, Output& out) {
-    struct Arguments {
-        std::string file, body;
-        bool check = false;
-    };
-    auto arguments = std::make_shared<Arguments>();
-    CLI::App* command =
-        app.add_subcommand("inspect", "Prints what a file of nbdtree holds and checks that it is intact");
-    command->add_option("FILE", arguments->file, "Body, recording, dataset, tree or flat tree file")
+    const auto [command, arguments] = add_command<InspectArguments>(
+        app, out, "inspect", "Prints what a file of nbdtree holds and checks that it is intact", run);
+    command.add_option("FILE", arguments.file, "Body, recording, dataset, tree or flat tree file")
         ->required();
-    CLI::Option* check = command->add_flag(
-        "--check", arguments->check,
+    CLI::Option* check = command.add_flag(
+        "--check", arguments.check,
         "Check the content too, and print one line: numbers, indices, times, ids, shards, splits, edges");
-    command->add_option("--body", arguments->body, "Body file that the file must belong to")->needs(check);
-    command->final_callback([arguments, &out] {
-        const auto& [file, body, deep] = *arguments;
-        if (std::filesystem::exists(file) && !std::filesystem::is_regular_file(file) &&
-            !std::filesystem::is_directory(file))
-            throw std::runtime_error(file + ": is a special file; allowed: a regular file");
-        out.work("reading");
-        const std::string report = deep                        ? check_file(file, body)
-                                   : begins_as_flat_tree(file) ? inspect_flat_tree(file)
-                                                               : inspect_container(file, out);
-        out.text(report);
-        out.result({{"file", file}, {"whole", true}, {"report", report}});
-    });
+    command.add_option("--body", arguments.body, "Body file that the file must belong to")->needs(check);
 }
 
 }  // namespace nbd

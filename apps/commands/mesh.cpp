@@ -1,8 +1,6 @@
 #include <fmt/format.h>
 
-#include <charconv>
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <sstream>
 #include <utility>
@@ -15,6 +13,7 @@
 #include "meshing/body/body_hints.hpp"
 #include "meshing/body/material.hpp"
 #include "meshing/cage/cage.hpp"
+#include "meshing/formats/words.hpp"
 #include "meshing/tets/tet_quality.hpp"
 #include "sim/json/nearest_name.hpp"
 
@@ -38,12 +37,9 @@ std::vector<std::string> names_of_laws() {
 }
 
 double number(const std::string& text, const std::string& value) {
-    double result = 0;
-    const char* const end = value.data() + value.size();
-    if (const auto read = std::from_chars(value.data(), end, result);
-        read.ec != std::errc() || read.ptr != end)
-        refuse_region(text, fmt::format("\"{}\" is not a number", value));
-    return result;
+    const auto result = number_in<double>(value);
+    if (!result) refuse_region(text, fmt::format("\"{}\" is not a number", value));
+    return *result;
 }
 
 void set(MaterialChange& change, const std::string& text, const std::string& key, const std::string& value) {
@@ -221,38 +217,37 @@ void refuse_any(const std::vector<CLI::Option*>& options, const std::string& why
 }  // namespace
 
 void add_mesh(CLI::App& app, Output& out) {
-    auto arguments = std::make_shared<MeshArguments>();
-    MeshFileConfig& config = arguments->config;
-    CLI::App* command =
-        app.add_subcommand("mesh", "Fills a closed surface with tetrahedra and writes a body file");
+    const auto [command, arguments] = add_command<MeshArguments>(
+        app, out, "mesh", "Fills a closed surface with tetrahedra and writes a body file", run);
+    MeshFileConfig& config = arguments.config;
     command
-        ->add_option(
-            "SURFACE", arguments->input,
+        .add_option(
+            "SURFACE", arguments.input,
             "Surface (.obj .ply .stl .off .glb), tetrahedra made elsewhere (.msh .vtk .vtu .mesh), or a "
             "body file (.h5), of which the tetrahedra and the material are taken")
         ->required();
-    command->add_option("-o,--output", arguments->output, "Body file to write")->required();
-    std::vector<CLI::Option*> of_filling = add_filling_options(*command, config);
-    const std::vector<CLI::Option*> of_material = add_material_options(*command, *arguments),
-                                    of_surface = add_surface_options(*command, *arguments);
+    command.add_option("-o,--output", arguments.output, "Body file to write")->required();
+    std::vector<CLI::Option*> of_filling = add_filling_options(command, config);
+    const std::vector<CLI::Option*> of_material = add_material_options(command, arguments),
+                                    of_surface = add_surface_options(command, arguments);
     command
-        ->add_option("--scale", config.scale,
-                     "Factor of all coordinates: 0.001 for a file in millimetres, as bodies are in metres")
+        .add_option("--scale", config.scale,
+                    "Factor of all coordinates: 0.001 for a file in millimetres, as bodies are in metres")
         ->capture_default_str()
         ->check(between(least_constant, max_constant));
     CLI::Option* weld =
         command
-            ->add_option("--weld", config.weld,
-                         "Close cracks of a surface: what lies at most this far apart becomes one, "
-                         "metres (after --scale)")
+            .add_option("--weld", config.weld,
+                        "Close cracks of a surface: what lies at most this far apart becomes one, "
+                        "metres (after --scale)")
             ->check(between(least_constant, max_constant));
     CLI::Option* cage =
         command
-            ->add_option("--cage", config.cage,
-                         "Take any surface as it is, also an open or defective one, and embed it in a coarse "
-                         "cage of this many tet nodes, met within 10 %")
+            .add_option("--cage", config.cage,
+                        "Take any surface as it is, also an open or defective one, and embed it in a coarse "
+                        "cage of this many tet nodes, met within 10 %")
             ->check(whole_number(min_cage_nodes, max_cage_nodes));
-    CLI::Option* inside = command->add_option(
+    CLI::Option* inside = command.add_option(
         "--inside", config.inside,
         "Take any surface as it is and embed it in the tetrahedra of this body file, with its material");
     for (const auto& options : {of_filling, of_surface})
@@ -263,12 +258,10 @@ void add_mesh(CLI::App& app, Output& out) {
     for (CLI::Option* option : of_material) inside->excludes(option);
     inside->excludes(cage);
     of_filling.push_back(weld);
-    command->final_callback([arguments, of_material, of_filling, &out] {
-        const std::string& input = arguments->input;
+    command.parse_complete_callback([&input = arguments.input, of_material, of_filling] {
         if (holds_tets(input)) refuse_any(of_filling, "is for surfaces, but " + input + " holds tetrahedra");
         if (std::filesystem::path(input).extension() == ".h5")
             refuse_any(of_material, "the body file " + input + " has a material of its own");
-        run(*arguments, out);
     });
 }
 

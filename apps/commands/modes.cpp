@@ -2,14 +2,12 @@
 
 #include <fmt/core.h>
 
-#include <memory>
 #include <stdexcept>
 
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
 #include "meshing/body/body.hpp"
-#include "meshing/h5/atomic_file.hpp"
 #include "sim/factor/blas.hpp"
 
 namespace nbd {
@@ -20,11 +18,10 @@ struct ModesArguments {
     int count = 128;
 };
 
-void write_frequencies(const std::string& path, const Eigen::VectorXd& hertz) {
-    h5::AtomicFile file(path);
-    file.out() << "mode,frequency_hz\n";
-    for (int i = 0; i < hertz.size(); ++i) file.out() << fmt::format("{},{:.9g}\n", i, hertz[i]);
-    file.commit();
+std::string to_csv(const Eigen::VectorXd& hertz) {
+    std::string text = "mode,frequency_hz\n";
+    for (int i = 0; i < hertz.size(); ++i) text += fmt::format("{},{:.9g}\n", i, hertz[i]);
+    return text;
 }
 
 /// Computes the modes. Errors name the body's file.
@@ -39,14 +36,14 @@ Modes modes_of(const Body& body, const ModesArguments& arguments) {
 void run(const ModesArguments& arguments, Output& out) {
     hold_blas_to_one_thread();
     if (const BlasInfo blas = blas_info(); !blas.fast) out.warning(blas.warning);
-    if (!arguments.csv.empty()) check_output(arguments.csv, {arguments.body}, ".csv");
+    check_outputs({{"csv", arguments.csv, ".csv"}}, {arguments.body});
     Body body = load_body(arguments.body);
     check_output(arguments.body, {});
     out.work("computing modes");
     const auto [basis, report] = modes_of(body, arguments);
     body.modes = basis;
     save_body(arguments.body, body);
-    if (!arguments.csv.empty()) write_frequencies(arguments.csv, basis.frequencies);
+    write_text(arguments.csv, to_csv(basis.frequencies));
 
     out.text(fmt::format("{} modes from {:.4g} to {:.4g} Hz, six rigid ones below {:.2g} Hz dropped",
                          basis.count(), basis.frequencies[0], basis.frequencies[basis.count() - 1],
@@ -62,15 +59,13 @@ void run(const ModesArguments& arguments, Output& out) {
 }  // namespace
 
 void add_modes(CLI::App& app, Output& out) {
-    auto arguments = std::make_shared<ModesArguments>();
-    CLI::App* command =
-        app.add_subcommand("modes", "Computes the vibration modes of a body and stores them in its file");
-    command->add_option("BODY", arguments->body, "Body file; rewritten with the modes")->required();
-    command->add_option("-m,--modes", arguments->count, "Number of modes, without the six rigid ones")
+    const auto [command, arguments] = add_command<ModesArguments>(
+        app, out, "modes", "Computes the vibration modes of a body and stores them in its file", run);
+    command.add_option("BODY", arguments.body, "Body file; rewritten with the modes")->required();
+    command.add_option("-m,--modes", arguments.count, "Number of modes, without the six rigid ones")
         ->capture_default_str()
         ->check(whole_number(1, 2048));
-    command->add_option("--csv", arguments->csv, "File for the frequencies (CSV)");
-    command->final_callback([arguments, &out] { run(*arguments, out); });
+    command.add_option("--csv", arguments.csv, "File for the frequencies (CSV)");
 }
 
 }  // namespace nbd

@@ -1,8 +1,6 @@
-#include <memory>
-
 #include "apps/cli/option_checks.hpp"
 #include "apps/commands/commands.hpp"
-#include "apps/simulate/simulate_run.hpp"
+#include "apps/simulate/run_loop.hpp"
 
 namespace nbd {
 namespace {
@@ -68,29 +66,24 @@ std::string columns() {
     return text;
 }
 
+void run(const SimulateOptions& options, Output& out) { RunLoop(options, out).run(); }
+
 }  // namespace
 
 void add_simulate(CLI::App& app, Output& out) {
-    auto options = std::make_shared<SimulateOptions>();
-    CLI::App* command = app.add_subcommand("simulate", "Simulates a scene of deformable bodies");
-    command->footer(columns());
-    command->add_option("SCENE", options->scene, "Scene file, JSON")->required();
-    add_scene_options(*command, *options);
-    add_outputs(*command, options->output);
-    add_live_options(*command, *options);
-    add_extras_options(*command, options->extras);
-    command->add_flag("--allow-outside", options->allow_outside,
-                      "Let the scene name outputs outside of the recording's folder");
-    CLI::Option* resume =
-        command->add_flag("--resume", options->resume,
-                          "Continue a run that was interrupted or killed; start one if there is none, and "
-                          "leave a finished one as it is");
-    command
-        ->add_flag(
-            "--compare-contacts", options->compare_contacts,
-            "Run the scene a second time beside it, with all contacts, and print how far they come apart")
-        ->excludes(resume);
-    command->final_callback([options, &out] { SimulateRun(*options, out).run(); });
+    const auto [command, options] =
+        add_command<SimulateOptions>(app, out, "simulate", "Simulates a scene of deformable bodies", run);
+    command.footer(columns());
+    command.add_option("SCENE", options.scene, "Scene file, JSON")->required();
+    add_scene_options(command, options);
+    add_outputs(command, options.output);
+    add_live_options(command, options);
+    add_extras_options(command, options.extras);
+    command.add_flag("--allow-outside", options.allow_outside,
+                     "Let the scene name outputs outside of the recording's folder");
+    command.add_flag("--resume", options.resume,
+                     "Continue a run that was interrupted or killed; start one if there is none, and leave a "
+                     "finished one as it is");
 }
 
 }  // namespace nbd

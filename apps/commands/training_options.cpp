@@ -1,7 +1,14 @@
 #include "apps/commands/training_options.hpp"
 
+#include <fmt/format.h>
+
+#include <numeric>
+
 #include "apps/cli/option_checks.hpp"
+#include "meshing/surface/counted.hpp"
+#include "training/calibrate/conformal.hpp"
 #include "training/files/frame_source.hpp"
+#include "training/files/split.hpp"
 
 namespace nbd {
 
@@ -35,6 +42,24 @@ void add_memory_option(CLI::App& command, std::optional<std::size_t>& memory) {
 
 std::size_t frame_memory(const std::optional<std::size_t>& memory) {
     return memory ? *memory << 20 : default_frame_memory();
+}
+
+std::string describe(BoundKind kind, const Calibration& calibration, const BoundLevels& levels) {
+    std::string text = fmt::format(
+        "{} bounds: at most {:g} % of a depth's nodes miss, pose by pose, in {:.4g} % of trajectories, on "
+        "average over calibration sets and for each depth by itself; from {} of {}: with 5 % chance, this set "
+        "gives less than {:.3g} %; mean margins by depth{}",
+        name(kind), 100 * calibration.miss_rate, 100 * calibration.confidence,
+        counted(calibration.poses, "pose"), counted_trajectories(calibration.trajectories),
+        100 * share_kept_but_for(0.05, calibration.trajectories, calibration.confidence),
+        calibration.limits.empty() ? "" : ", for inputs at the edge of the calibrated range");
+    for (int depth = 0; depth < levels.count(); ++depth) {
+        const auto begin = calibration.margins.begin() + levels.begins[depth],
+                   end = calibration.margins.begin() + levels.begins[depth + 1];
+        text += fmt::format(" {:.2f}", 100 * std::accumulate(begin, end, 0.) / double(end - begin));
+    }
+    return text +
+           (kind == BoundKind::learned_affine ? " % of a spread, then of residuals" : " % of the radius");
 }
 
 }  // namespace nbd

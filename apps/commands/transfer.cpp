@@ -1,7 +1,5 @@
 #include <fmt/core.h>
 
-#include <memory>
-
 #include "apps/cli/load_body.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
@@ -39,13 +37,11 @@ void run(const TransferArguments& arguments, Output& out) {
 }  // namespace
 
 void add_transfer(CLI::App& app, Output& out) {
-    auto arguments = std::make_shared<TransferArguments>();
-    CLI::App* command =
-        app.add_subcommand("transfer", "Transfers a tree's nbd bounds to another resolution of the surface");
-    command->add_option("TREE", arguments->tree, "Tree file with nbd bounds")->required();
-    command->add_option("BODY", arguments->body, "Body file with the other surface")->required();
-    command->add_option("-o,--output", arguments->output, "Tree file to write")->required();
-    command->final_callback([arguments, &out] { run(*arguments, out); });
+    const auto [command, arguments] = add_command<TransferArguments>(
+        app, out, "transfer", "Transfers a tree's nbd bounds to another resolution of the surface", run);
+    command.add_option("TREE", arguments.tree, "Tree file with nbd bounds")->required();
+    command.add_option("BODY", arguments.body, "Body file with the other surface")->required();
+    command.add_option("-o,--output", arguments.output, "Tree file to write")->required();
 }
 
 }  // namespace nbd

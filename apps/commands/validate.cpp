@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <filesystem>
 #include <iterator>
-#include <memory>
 #include <stdexcept>
 #include <vector>
 
-#include "apps/cli/scene_files.hpp"
+#include "apps/cli/load_body.hpp"
 #include "apps/commands/commands.hpp"
 #include "collision/base/file_text.hpp"
 #include "sim/scene/scene_check.hpp"
@@ -69,11 +68,10 @@ void run(const std::vector<std::string>& scenes, Output& out) {
 }  // namespace
 
 void add_validate(CLI::App& app, Output& out) {
-    auto scenes = std::make_shared<std::vector<std::string>>();
-    CLI::App* command = app.add_subcommand(
-        "validate", "Checks scenes without running them; prints all problems and warnings, one per line");
-    command->add_option("SCENE", *scenes, "Scene files, JSON")->required();
-    command->final_callback([scenes, &out] { run(*scenes, out); });
+    const auto [command, scenes] = add_command<std::vector<std::string>>(
+        app, out, "validate",
+        "Checks scenes without running them; prints all problems and warnings, one per line", run);
+    command.add_option("SCENE", scenes, "Scene files, JSON")->required();
 }
 
 }  // namespace nbd

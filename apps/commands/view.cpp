@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <stdexcept>
 
@@ -26,10 +25,7 @@ struct ViewArguments {
 /// Reads what the argument names. Throws one line that names the wrong part.
 ViewScene read_view(const SourceArgument& argument, Output& out) {
     if (!names_recording(argument)) return view_of_surface(argument);
-    ShownRecording shown = open_recording(argument, out);
-    shown.sources.progress = [&](int done, int total) { out.progress("frames", done, total); };
-    make_view(shown.sources, shown.scene);
-    return std::move(shown.scene);
+    return view_of_recording(open_recording(argument, out));
 }
 
 /// The most face pairs of a kind in one frame.
@@ -92,30 +88,29 @@ void run(const ViewArguments& arguments, Output& out) {
 }  // namespace
 
 void add_view(CLI::App& app, Output& out) {
-    auto arguments = std::make_shared<ViewArguments>();
-    CLI::App* command = app.add_subcommand("view", "Writes a page that shows a recording in a browser");
-    command->footer(
+    const auto [command, arguments] = add_command<ViewArguments>(
+        app, out, "view", "Writes a page that shows a recording in a browser", run);
+    command.footer(
         "SOURCE: the recording of a scene; RECORDING.h5:trajectory with --body, "
         "or TREE.h5@RECORDING.h5:trajectory,\n"
         "each with :frame for one pose; TREE.h5@SURFACE; or a surface file. "
         "The page is one file that fetches nothing.\n"
         "In the page, ? lists the keys.");
-    SourceArgument& shown = arguments->shown;
-    command->add_option("SOURCE", shown.source, "What to show, see below")->required();
-    command->add_option("-o,--output", arguments->output, "Page to write (HTML)")->required();
-    command->add_option("--frames", shown.frames, "Most frames to show, evenly spread over all")
+    SourceArgument& shown = arguments.shown;
+    command.add_option("SOURCE", shown.source, "What to show, see below")->required();
+    command.add_option("-o,--output", arguments.output, "Page to write (HTML)")->required();
+    command.add_option("--frames", shown.frames, "Most frames to show, evenly spread over all")
         ->capture_default_str()
         ->check(whole_number(1, 100'000));
-    command->add_option("--scene", shown.scene,
-                        "Scene file, or its folder, of a recording that was moved away from it");
-    command->add_option("--body", shown.body,
-                        "Body file of RECORDING.h5:trajectory; with it, stress is shown");
-    command->add_option("--bounds", shown.bounds, "Bounds to draw and to audit, instead of the scene's")
+    command.add_option("--scene", shown.scene,
+                       "Scene file, or its folder, of a recording that was moved away from it");
+    command.add_option("--body", shown.body,
+                       "Body file of RECORDING.h5:trajectory; with it, stress is shown");
+    command.add_option("--bounds", shown.bounds, "Bounds to draw and to audit, instead of the scene's")
         ->check(bounds_name());
     command
-        ->add_option("--margin", shown.margin, "Share added to these bounds' radii, instead of the scene's")
+        .add_option("--margin", shown.margin, "Share added to these bounds' radii, instead of the scene's")
         ->check(between(0, 10));
-    command->final_callback([arguments, &out] { run(*arguments, out); });
 }
 
 }  // namespace nbd

@@ -13,10 +13,10 @@
 #include <utility>
 
 #include "apps/dataset/hold_out.hpp"
-#include "apps/dataset/self_intersections.hpp"
 #include "apps/dataset/shard_folder.hpp"
 #include "apps/dataset/variety.hpp"
 #include "collision/base/temporary_files.hpp"
+#include "collision/query/self_query.hpp"
 #include "meshing/h5/sha256.hpp"
 #include "sim/contact/self_contact.hpp"
 #include "training/files/dataset_manifest.hpp"
@@ -65,6 +65,26 @@ std::string with_attempts(const std::string& recipe, int steps_per_frame,
     if (!failed.empty()) json["failed_attempts"] = failed;
     return json.dump();
 }
+
+/// Counts the faces of one surface that intersect each other, in one pose after another.
+class SelfIntersections {
+ public:
+    /// tree: of the surface, with exact bounds.
+    explicit SelfIntersections(std::shared_ptr<const CollisionTree> tree)
+        : posed_(std::move(tree), BoundKind::boxes) {}
+
+    /// Pairs of faces without a common vertex that have a point in common, by exact tests of positions in
+    /// single precision, from nodes as a recording has them. W: of the surface; nodes: [N, 3], metres.
+    std::int32_t count(const Embedding& W, const Nodes& nodes) {
+        const Vertices x = embedded(W, Nodes(nodes.cast<float>().cast<double>())).cast<float>();
+        posed_.begin_pose(x);
+        return query_.intersecting(posed_).size();
+    }
+
+ private:
+    PosedTree posed_;
+    SelfQuery query_;
+};
 
 /// Manifest of the existing view; empty if the view is missing or damaged, since it is then rewritten.
 DatasetManifest standing_manifest(const std::filesystem::path& view) {

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "apps/dataset/claims.hpp"
 #include "apps/dataset/plan.hpp"
 #include "apps/dataset/shard_folder.hpp"
 #include "apps/extras/contact_edges.hpp"
-#include "apps/sharing/claims.hpp"
 #include "sim/excitation/excitation.hpp"
 
 namespace nbd {
@@ -40,8 +40,6 @@ class Producer {
     /// Writes the merged view unless it exists and is up to date. Returns false if a damaged file was found
     /// and removed; then call produce() again.
     bool merge();
-
-    const std::string& key() const noexcept { return key_; }
 
  private:
     void warn(const std::string& line);

@@ -28,6 +28,16 @@ int bin_of(double stretch) {
 
 double stretch_of(int bin) { return std::exp((bin + 0.5) / bins * 2 * range - range); }
 
+/// The counts of frames of a kind, and their keys.
+struct FrameCount {
+    const char* key;
+    long KindVariety::*count;
+};
+constexpr FrameCount frame_counts[]{{"frames", &KindVariety::frames},
+                                    {"frames_in_contact", &KindVariety::frames_in_contact},
+                                    {"frames_troubled", &KindVariety::frames_troubled},
+                                    {"frames_self_intersecting", &KindVariety::frames_self_intersecting}};
+
 std::string kind_of(const std::string& recipe) {
     const auto json = nlohmann::json::parse(recipe, nullptr, false);
     return json.is_object() && json.contains("kind") && json["kind"].is_string()
@@ -144,10 +154,7 @@ void VarietyMeter::add(const RecordingReader& recording) {
 KindVariety& KindVariety::operator+=(const KindVariety& other) {
     trajectories += other.trajectories;
     failed += other.failed;
-    frames += other.frames;
-    frames_in_contact += other.frames_in_contact;
-    frames_troubled += other.frames_troubled;
-    frames_self_intersecting += other.frames_self_intersecting;
+    for (const FrameCount& f : frame_counts) this->*f.count += other.*f.count;
     return *this;
 }
 
@@ -177,16 +184,6 @@ Variety VarietyMeter::report() const {
 
 namespace {
 
-/// The counts of frames of a kind, and their keys.
-struct FrameCount {
-    const char* key;
-    long KindVariety::*count;
-};
-constexpr FrameCount frame_counts[]{{"frames", &KindVariety::frames},
-                                    {"frames_in_contact", &KindVariety::frames_in_contact},
-                                    {"frames_troubled", &KindVariety::frames_troubled},
-                                    {"frames_self_intersecting", &KindVariety::frames_self_intersecting}};
-
 void write_frames(nlohmann::ordered_json& json, const KindVariety& kind) {
     for (const FrameCount& f : frame_counts) json[f.key] = kind.*f.count;
 }
@@ -195,6 +192,19 @@ void write_frames(nlohmann::ordered_json& json, const KindVariety& kind) {
 void read_frames(const nlohmann::json& json, KindVariety& kind) {
     kind.frames = json.at("frames");
     for (const FrameCount& f : frame_counts) kind.*f.count = json.value(f.key, 0L);
+}
+
+/// Calls use() with the key and the place of each measure of the sampled frames.
+template <class V, class Use>
+void for_each_measure(V& v, const Use& use) {
+    use("stretch", v.stretch);
+    use("least_stretch", v.least_stretch);
+    use("largest_stretch", v.largest_stretch);
+    use("body_length", v.body_length);
+    use("displacement", v.displacement);
+    use("mode_std", v.mode_std);
+    use("mode_share", v.mode_share);
+    use("frequencies_hz", v.frequencies);
 }
 
 double percent(double part, double whole) { return whole > 0 ? 100 * part / whole : 0; }
@@ -212,14 +222,7 @@ std::string to_json(const Variety& v) {
     write_frames(json, v.all);
     json["sampled_frames"] = v.sampled;
     json["stretch_quantiles"] = variety_quantiles;
-    json["stretch"] = v.stretch;
-    json["least_stretch"] = v.least_stretch;
-    json["largest_stretch"] = v.largest_stretch;
-    json["body_length"] = v.body_length;
-    json["displacement"] = v.displacement;
-    json["mode_std"] = v.mode_std;
-    json["mode_share"] = v.mode_share;
-    json["frequencies_hz"] = v.frequencies;
+    for_each_measure(v, [&](const char* key, const auto& measure) { json[key] = measure; });
     return json.dump();
 }
 
@@ -233,14 +236,7 @@ Variety variety_from_json(const std::string& text) try {
         v.all += kind;
     }
     json.at("sampled_frames").get_to(v.sampled);
-    json.at("stretch").get_to(v.stretch);
-    json.at("least_stretch").get_to(v.least_stretch);
-    json.at("largest_stretch").get_to(v.largest_stretch);
-    json.at("body_length").get_to(v.body_length);
-    json.at("displacement").get_to(v.displacement);
-    json.at("mode_std").get_to(v.mode_std);
-    json.at("mode_share").get_to(v.mode_share);
-    json.at("frequencies_hz").get_to(v.frequencies);
+    for_each_measure(v, [&](const char* key, auto& measure) { json.at(key).get_to(measure); });
     if ((!v.stretch.empty() && v.stretch.size() != variety_quantiles.size()) ||
         v.mode_std.size() != v.mode_share.size() ||
         (!v.mode_std.empty() && v.frequencies.size() != v.mode_std.size()))

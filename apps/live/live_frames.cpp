@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -11,19 +12,7 @@ namespace {
 /// Frames and bytes of an answer, at most, but for its last frame.
 constexpr std::size_t most_frames = 32, most_bytes = 4 << 20;
 
-const char* name_of(RunState state) {
-    switch (state) {
-        case RunState::done:
-            return "done";
-        case RunState::stopped:
-            return "stopped";
-        case RunState::failed:
-            return "failed";
-        case RunState::running:
-            break;
-    }
-    return "running";
-}
+constexpr std::array state_names{"running", "done", "stopped", "failed"};  // of RunState
 
 /// Drops the frames of a scene, and keeps its bodies and obstacles.
 void clear_frames(ViewScene& scene) {
@@ -36,24 +25,10 @@ void clear_frames(ViewScene& scene) {
     for (ViewObstacle& obstacle : scene.obstacles) obstacle.shifts.clear();
 }
 
-/// Drops what only the page itself holds.
-void clear_fixed(ViewScene& scene) {
-    for (ViewBody& body : scene.bodies) {
-        body.F.resize(0, 3);
-        body.W = {};
-    }
-}
-
-ViewSources reading(ViewSources sources, const LiveFrame& frame) {
-    sources.read_nodes = [&frame](int body, int, Vertices& x) { x = frame.nodes[body]; };
-    sources.read_forces = [&frame](int body, int, Vertices& x) { x = frame.contact_forces[body]; };
-    return sources;
-}
-
 }  // namespace
 
 LiveFrames::LiveFrames(ViewSources sources, ViewScene scene, LivePage page)
-    : facts_(std::move(page)), maker_(reading(std::move(sources), current_)), scene_(std::move(scene)) {
+    : facts_(std::move(page)), maker_(std::move(sources)), scene_(std::move(scene)) {
     maker_.begin(scene_);
 }
 
@@ -80,7 +55,6 @@ void LiveFrames::begin_page() {
     std::ostringstream out;
     if (!with_scene(0, [&] { write_page(out, scene_, facts_); })) return;
     page_ = std::move(out).str();
-    clear_fixed(scene_);
 }
 
 /// Makes the scene of frame i and calls use(), unless the frame is not there or was used. If either throws,
@@ -89,16 +63,15 @@ template <class Use>
 bool LiveFrames::with_scene(std::size_t i, const Use& use) {
     std::optional<LiveFrame> frame = take_frame(i);
     if (!frame) return false;
-    current_ = std::move(*frame);
     try {
         clear_frames(scene_);
-        scene_.times = {current_.time};
-        scene_.numbers = {current_.number};
-        maker_.add_frame(0, scene_);
+        scene_.times = {frame->time};
+        scene_.numbers = {frame->number};
+        maker_.add_frame(0, frame->shown, scene_);
         use();
     } catch (...) {
         const std::lock_guard lock(guard_);
-        entries_[i].frame = std::move(current_);
+        entries_[i].frame = std::move(frame);
         throw;
     }
     return true;
@@ -141,7 +114,8 @@ std::string LiveFrames::answer(const std::string& run, std::size_t from) {
     }
     if (state != RunState::running && from >= count) ++ends_told_;
     const nlohmann::json told = message;
-    return fmt::format(R"({{"state":"{}","message":{},"frames":[{}]}})", name_of(state),
+    return fmt::format(R"({{"state":"{}","message":{},"frames":[{}]}})",
+                       state_names[static_cast<std::size_t>(state)],
                        told.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace), frames);
 }
 

@@ -16,9 +16,8 @@ namespace nbd {
 /// A frame of a run as a page needs it.
 struct LiveFrame {
     int number = 0;
-    double time = 0;                         // seconds
-    std::vector<Vertices> nodes{};           // [bodies], [N, 3] metres
-    std::vector<Vertices> contact_forces{};  // [bodies], [N, 3] newtons
+    double time = 0;  // seconds
+    ShownFrame shown{};
 };
 
 /// How a run has ended, if it has.
@@ -29,8 +28,7 @@ enum class RunState { running, done, stopped, failed };
 /// is dropped then.
 class LiveFrames {
  public:
-    /// sources: without readers; what they refer to must not change. scene: what the page says of the run,
-    /// without frames.
+    /// sources: what they refer to must not change. scene: what the page says of the run, without frames.
     LiveFrames(ViewSources sources, ViewScene scene, LivePage page);
 
     void add(LiveFrame frame);
@@ -64,7 +62,6 @@ class LiveFrames {
 
     const LivePage facts_;
     std::mutex making_;  // held while texts are made, by one thread at a time
-    LiveFrame current_;  // what the maker reads
     ViewMaker maker_;
     ViewScene scene_;  // of one frame
     std::string page_;

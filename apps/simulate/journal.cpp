@@ -16,7 +16,7 @@
 namespace nbd {
 namespace {
 
-constexpr std::string_view magic = "nbdtree journal 5\n";
+constexpr std::string_view magic = "nbdtree journal 6\n";
 
 /// Header of every record.
 struct RecordHead {
@@ -106,21 +106,14 @@ Journal::Journal(std::filesystem::path path, const Facts& facts, bool resume) : 
         }
         position_ = magic.size();
         const std::optional<std::string> stored = start == magic ? read_record() : std::nullopt;
-        if (!stored) {  // new, or its run was killed while starting
+        const std::uint64_t first = position_;
+        if (!stored || !read_record()) {  // new, or its run was killed while starting
             position_ = 0;
             if (ftruncate(descriptor_, 0) != 0) fail(std::strerror(errno));
             write_at_end(std::string(magic) + framed(to_text(facts)));
             return;
         }
-        const std::uint64_t first = position_;
-        const bool has_records = read_record().has_value();
         position_ = first;
-        if (!has_records) {
-            position_ = magic.size();
-            if (ftruncate(descriptor_, position_) != 0) fail(std::strerror(errno));
-            write_at_end(framed(to_text(facts)));
-            return;
-        }
         if (!resume)
             fail("holds an unfinished run; continue it with --resume, or remove the file to start over");
         if (const std::string other = first_difference(*stored, facts); !other.empty())

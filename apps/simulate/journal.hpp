@@ -39,8 +39,6 @@ class Journal {
     /// Deletes the file. Call when the run is complete.
     void remove();
 
-    const std::filesystem::path& path() const noexcept { return path_; }
-
  private:
     void lock();
     void write_at_end(std::string_view bytes);

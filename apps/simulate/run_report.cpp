@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/simulate/run_paths.hpp"
+#include "apps/simulate/run_files.hpp"
 #include "meshing/surface/counted.hpp"
 #include "sim/scene/scene_check.hpp"
 #include "sim/world/start_check.hpp"

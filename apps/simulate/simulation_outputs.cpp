@@ -4,12 +4,14 @@
 
 #include <algorithm>
 #include <cctype>
+#include <limits>
 #include <map>
 #include <memory>
 #include <utility>
 
 #include "apps/cli/output_paths.hpp"
-#include "apps/simulate/earlier_run.hpp"
+#include "apps/simulate/run_files.hpp"
+#include "collision/base/notice.hpp"
 #include "collision/base/temporary_files.hpp"
 #include "collision/geometry/far_origin.hpp"
 #include "meshing/formats/write_surface.hpp"
@@ -83,9 +85,8 @@ SimulationOutputs::SimulationOutputs(const SceneOutput& paths, const SceneSpec& 
         start_.push_back(world.state(b).x);
         names_.push_back(body_file_name(i, spec.bodies[i].name));
         const ContactSurface& surface = world.surface(b);
-        watches_.emplace_back(
-            fmt::format("{}: body {} ({})", paths.recording.string(), b, spec.bodies[i].name),
-            mean_edge(embedded(surface.W(), world.elastic(b).rest().X), surface.F()));
+        labels_.push_back(fmt::format("{}: body {} ({})", paths.recording.string(), b, spec.bodies[i].name));
+        edges_.push_back(mean_edge(embedded(surface.W(), world.elastic(b).rest().X), surface.F()));
     }
     if (!paths.vtu.empty()) {
         remove_abandoned(paths.vtu / "scene");
@@ -114,10 +115,22 @@ void SimulationOutputs::add_to_recording(const SimulationFrame& frame) {
         add_fields(extras_, world_.elastic(b), frame.world.bodies[b].x, frame.contact_forces[b], extras);
         extras.contact_edges = std::move(edges[b]);
         recording_.add_frame(handles_[b], frame.world.time, nodes[b], extras);
-        watches_[b].see(nodes[b]);
+        tell_rounding(b, nodes[b]);
     }
     troubled_.push_back(
         std::ranges::count_if(frame.steps, [](const StepRow& step) { return spoils_pose(step.trouble); }));
+}
+
+/// Tells once of a body that a step of float32 at its positions is more than a thousandth of its mean edge.
+void SimulationOutputs::tell_rounding(std::size_t body, VerticesRef nodes) {
+    const double farthest = nodes.cwiseAbs().maxCoeff(), step = float_step(farthest);
+    if (!(1000 * step > edges_[body])) return;
+    notice(
+        fmt::format("{} is {:.4g} m away from the recording's origin, where positions are rounded to {:.2g} "
+                    "m, more than a thousandth of its mean edge ({:.2g} m): its recorded shape is coarse; "
+                    "record far parts of a scene apart",
+                    labels_[body], farthest, step, edges_[body]));
+    edges_[body] = std::numeric_limits<double>::infinity();
 }
 
 void SimulationOutputs::add_vtu(const SimulationFrame& frame) {

@@ -7,7 +7,6 @@
 
 #include "apps/extras/contact_edges.hpp"
 #include "apps/extras/extras_request.hpp"
-#include "apps/extras/float_step_watch.hpp"
 #include "apps/simulate/film.hpp"
 #include "apps/simulate/simulation_frame.hpp"
 #include "meshing/formats/vtu.hpp"
@@ -52,6 +51,7 @@ class SimulationOutputs {
 
  private:
     void add_to_recording(const SimulationFrame& frame);
+    void tell_rounding(std::size_t body, VerticesRef nodes);
     void add_vtu(const SimulationFrame& frame);
     void add_surfaces(const SimulationFrame& frame);
 
@@ -63,8 +63,9 @@ class SimulationOutputs {
     ExtrasRequest extras_;
     std::optional<ContactEdgeFinder> contact_edges_;  // if they are asked for
     std::vector<std::int32_t> troubled_;              // [frames] see FrameFacts
-    std::vector<FloatStepWatch> watches_;             // [bodies]
-    std::vector<Nodes> start_;                        // [bodies]
+    std::vector<std::string> labels_;                 // [bodies] for messages
+    std::vector<double> edges_;  // [bodies] mean edge of the surface at rest, metres; infinite once told of
+    std::vector<Nodes> start_;   // [bodies]
     std::optional<VtuSeries> vtu_;
     Film film_;
     StepTable table_;

@@ -3,7 +3,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <charconv>
 #include <limits>
 #include <optional>
 #include <stdexcept>
@@ -11,22 +10,19 @@
 
 #include "collision/geometry/far_origin.hpp"
 #include "meshing/formats/read_surface.hpp"
+#include "meshing/formats/words.hpp"
 #include "training/files/recording.hpp"
 #include "training/files/tree_file.hpp"
 
 namespace nbd {
 namespace {
 
-/// Reads digits that a text ends with, after a colon, and cuts both off; empty if there are none or too many.
+/// Reads the number >= 0 that a text ends with, after a colon, and cuts both off; empty if there is none.
 std::optional<int> cut_number(std::string_view& text) {
     const std::size_t colon = text.rfind(':');
     if (colon == std::string_view::npos) return std::nullopt;
-    const std::string_view digits = text.substr(colon + 1);
-    int number = 0;
-    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
-    if (digits.empty() || digits.front() == '-' || error != std::errc() ||
-        end != digits.data() + digits.size())
-        return std::nullopt;
+    const auto number = number_in<int>(text.substr(colon + 1));
+    if (!number || *number < 0) return std::nullopt;
     text = text.substr(0, colon);
     return number;
 }

@@ -2,15 +2,17 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <stdexcept>
+#include <utility>
 
 #include "apps/cli/load_body.hpp"
-#include "apps/cli/scene_files.hpp"
 #include "apps/simulate/simulation_outputs.hpp"
 #include "apps/source/pose_argument.hpp"
-#include "apps/view/scene_view.hpp"
 #include "meshing/h5/reader.hpp"
+#include "meshing/progress/progress.hpp"
 #include "sim/excitation/recipe.hpp"
 #include "sim/world/hang_on_body.hpp"
 
@@ -67,18 +69,57 @@ void refuse_without_poses(const std::string& path) {
                         path));
 }
 
+void check_bodies(const RecordingReader& recording, const SceneSpec& spec,
+                  std::span<const LoadedBody> bodies) {
+    const auto refuse = [&](const std::string& what) {
+        throw std::runtime_error(fmt::format("{}: {}", recording.path().string(), what));
+    };
+    const auto& trajectories = recording.trajectories();
+    if (trajectories.size() != bodies.size())
+        refuse(fmt::format("has {} trajectories, but its scene has {} bodies", trajectories.size(),
+                           bodies.size()));
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+        if (trajectories[b].body_hash != body_hash(*bodies[b].body))
+            refuse(fmt::format("body {} '{}' was recorded from another body than {}", b, spec.bodies[b].name,
+                               spec.bodies[b].file.string()));
+        if (trajectories[b].frames == 0) refuse("has no frames");
+    }
+}
+
+/// Lets a page show these frames of a recording, whose trajectory `first` + b is that of body b.
+void show_frames(std::shared_ptr<const RecordingReader> recording, int first, std::vector<int> numbers,
+                 ShownRecording& shown) {
+    shown.scene.numbers = std::move(numbers);
+    const std::vector<double> times = recording->times(first);
+    for (const int number : shown.scene.numbers) shown.scene.times.push_back(times[number]);
+    for (int b = 0; b < std::ssize(shown.sources.bodies); ++b)
+        shown.sources.bodies[b].has_forces = recording->has(first + b, FrameField::contact_forces);
+    shown.recording = std::move(recording);
+    shown.first = first;
+}
+
+/// A recording of a scene, with as many frames as all of its bodies have.
 ShownRecording open_scene(const SourceArgument& argument, const Output& out) {
     refuse_without_poses(argument.source);
     const auto recording = std::make_shared<const RecordingReader>(argument.source);
-    const SceneSpec spec = recorded_scene(argument, *recording);
+    SceneSpec spec = recorded_scene(argument, *recording);
     Output silent = out;
     silent.quiet = true;
-    SceneFiles files;
-    std::vector<LoadedBody> bodies;
-    for (const SceneBody& body : spec.bodies) bodies.push_back(files.load(body, silent));
+    std::vector<LoadedBody> bodies = load_bodies(spec, silent);
     make_trees(spec, bodies);
-    ShownRecording shown = shown_scene(recording, spec, bodies, argument.frames);
+    ShownRecording shown;
     shown.inputs = scene_inputs(spec);
+    check_bodies(*recording, spec, bodies);
+    spec = local_scene(std::move(spec), bodies, recording->origin());
+    spec.resolve_start = false;
+    ViewScene& scene = shown.scene;
+    scene.title = recording->path().filename().string() + from_origin(recording->origin());
+    scene.displacement_from = "the start";
+    scene.up = up_of(spec);
+    scene.recorded_frames = std::ranges::min(recording->trajectories(), {}, &TrajectoryInfo::frames).frames;
+    shown.sources = sources_of_scene(spec, bodies, std::make_shared<const World>(build_world(spec, bodies)));
+    for (std::size_t b = 0; b < bodies.size(); ++b) recording->read(b, 0, 1, shown.sources.bodies[b].start);
+    show_frames(recording, 0, even_frames(scene.recorded_frames, argument.frames), shown);
     return shown;
 }
 
@@ -131,30 +172,19 @@ ShownRecording open_frames(const SourceArgument& argument, const std::string& tr
     const int trajectory = find_frames(*recording, frames, subject.hash, subject.whose);
     const TrajectoryInfo& info = recording->trajectories()[trajectory];
     ShownRecording shown;
-    shown.origin = recording->origin();
     ViewScene& scene = shown.scene;
     scene.title = fs::path(argument.source).filename().string() + from_origin(recording->origin());
     scene.displacement_from = "rest";
     scene.recorded_frames = info.frames;
-    scene.numbers =
-        frames.frame ? std::vector{*frames.frame} : even_frames(scene.recorded_frames, argument.frames);
-    const std::vector<double> times = recording->times(trajectory);
-    for (const int number : scene.numbers) scene.times.push_back(times[number]);
-    ViewSources& sources = shown.sources;
-    subject.source.has_forces = recording->has(trajectory, FrameField::contact_forces);
-    sources.bodies.push_back(std::move(subject.source));
+    shown.sources.bodies.push_back(std::move(subject.source));
     try {
-        sources.obstacles = recipe_obstacles(info.recipe.str());
+        shown.sources.obstacles = recipe_obstacles(info.recipe.str());
     } catch (const std::invalid_argument& error) {
         throw std::runtime_error(
             fmt::format("{}: trajectory {}: {}", frames.path, frames.trajectory, error.what()));
     }
-    sources.read_nodes = [recording, trajectory](int, int frame, Vertices& x) {
-        recording->read(trajectory, frame, 1, x);
-    };
-    sources.read_forces = [recording, trajectory](int, int frame, Vertices& x) {
-        recording->read_field(trajectory, FrameField::contact_forces, frame, 1, x);
-    };
+    show_frames(recording, trajectory,
+                frames.frame ? std::vector{*frames.frame} : even_frames(info.frames, argument.frames), shown);
     return shown;
 }
 
@@ -192,10 +222,33 @@ bool names_recording(const SourceArgument& argument) {
     return names_frames || (tree.empty() && fs::path(pose).extension() == ".h5");
 }
 
+void ShownRecording::read_nodes(int body, int frame, Vertices& x) const {
+    recording->read(first + body, scene.numbers[frame], 1, x);
+}
+
 ShownRecording open_recording(const SourceArgument& argument, const Output& out) {
     const auto [tree, pose] = parts_of(argument.source);
     if (const auto frames = recorded_frames(pose)) return open_frames(argument, tree, *frames);
     return open_scene(argument, out);
+}
+
+ViewScene view_of_recording(ShownRecording shown) {
+    ViewScene& scene = shown.scene;
+    const int bodies = shown.sources.bodies.size(), frames = scene.frames();
+    ShownFrame frame{std::vector<Vertices>(bodies), std::vector<Vertices>(bodies)};
+    ViewMaker maker(shown.sources);
+    maker.begin(scene);
+    for (int f = 0; f < frames; ++f) {
+        for (int b = 0; b < bodies; ++b) {
+            shown.read_nodes(b, f, frame.nodes[b]);
+            if (shown.sources.bodies[b].has_forces)
+                shown.recording->read_field(shown.first + b, FrameField::contact_forces, scene.numbers[f], 1,
+                                            frame.contact_forces[b]);
+        }
+        maker.add_frame(f, frame, scene);
+        tell_progress("frames", f + 1, frames);
+    }
+    return std::move(scene);
 }
 
 ViewScene view_of_surface(const SourceArgument& argument) {

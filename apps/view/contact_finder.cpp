@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <iterator>
 
+#include "collision/geometry/far_origin.hpp"
+
 namespace nbd {
 namespace {
 
@@ -24,13 +26,6 @@ std::vector<FacePair> missing(std::span<const FacePair> exact, std::span<const F
     return result;
 }
 
-float mean_edge(const Vertices& X, const Faces& F) {
-    double sum = 0;
-    for (Eigen::Index f = 0; f < F.rows(); ++f)
-        for (int c = 0; c < 3; ++c) sum += (X.row(F(f, c)) - X.row(F(f, (c + 1) % 3))).norm();
-    return static_cast<float>(sum / static_cast<double>(std::max<Eigen::Index>(3 * F.rows(), 1)));
-}
-
 }  // namespace
 
 void FaceMarks::add_frame(std::vector<std::uint32_t> marked) {
@@ -47,7 +42,8 @@ ContactFinder::ContactFinder(double distance, bool self_contact, std::vector<Obs
     if (!self_contact) return;
     for (std::size_t b = 0; b < bodies.size(); ++b) {
         const Faces& F = bodies[b].tree().faces;
-        self_distance_.push_back(std::min(distance_, mean_edge(rest[b], F)));
+        self_distance_.push_back(
+            std::min(distance_, static_cast<float>(mean_edge(rest[b].cast<double>(), F))));
         self_.emplace_back(near_at_rest(rest[b], F, 2 * self_distance_.back()));
     }
 }

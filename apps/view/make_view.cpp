@@ -1,26 +1,16 @@
 #include "apps/view/make_view.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "sim/fem/stress.hpp"
 
 namespace nbd {
 namespace {
-
-ViewObstacle shown(const Obstacle& obstacle) {
-    ViewObstacle result;
-    if (const auto* plane = std::get_if<PlaneShape>(&obstacle.shape))
-        result.shape = ViewPlane{plane->point, plane->normal};
-    else if (const auto* ball = std::get_if<BallShape>(&obstacle.shape))
-        result.shape = ViewBall{ball->centre, ball->radius};
-    else {
-        const TriMesh& mesh = std::get<std::shared_ptr<const StaticSurface>>(obstacle.shape)->mesh();
-        result.shape = ViewMesh{mesh.X.cast<float>(), mesh.F};
-    }
-    return result;
-}
 
 /// Appends the von Mises stress at the nodes of a body, Pa: means over the tetrahedra around each node,
 /// weighted with their volumes at rest. Tetrahedra without a finite stress are left out. x: [N, 3] metres.
@@ -43,6 +33,38 @@ void add_node_stress(const ElasticBody& body, NodesRef x, std::vector<float>& st
 }
 
 }  // namespace
+
+std::string from_origin(const Eigen::Vector3d& origin) {
+    if (origin.isZero(0)) return {};
+    return fmt::format(", from ({}, {}, {}) m", origin.x(), origin.y(), origin.z());
+}
+
+Eigen::Vector3d up_of(const SceneSpec& spec) {
+    if (spec.gravity.norm() > 0) return -spec.gravity.normalized();
+    return Eigen::Vector3d::UnitZ();
+}
+
+ViewSources sources_of_scene(const SceneSpec& spec, std::span<const LoadedBody> bodies,
+                             std::shared_ptr<const World> world) {
+    ViewSources sources;
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+        const int body = b;
+        const SceneBody& of_scene = spec.bodies[b];
+        ViewSource& source = sources.bodies.emplace_back();
+        source.name = of_scene.name;
+        source.tree = {
+            .tree = bodies[b].tree,
+            .W = bodies[b].body->float_weights(),
+            .bounds = of_scene.bounds,
+            .margin = of_scene.margin ? std::optional(static_cast<float>(*of_scene.margin)) : std::nullopt};
+        source.rest = embedded(source.tree.W, world->elastic(body).rest().X.cast<float>());
+        source.elastic = std::shared_ptr<const ElasticBody>(world, &world->elastic(body));
+    }
+    sources.obstacles.assign(world->obstacles().begin(), world->obstacles().end());
+    sources.contact_distance = world->thickness();
+    sources.self_contact = spec.contact.self_contact || spec.contact.intersection_free;
+    return sources;
+}
 
 std::vector<int> even_frames(int count, int most) {
     std::vector<int> frames;
@@ -76,45 +98,32 @@ void ViewMaker::begin(ViewScene& scene) {
         scene.is_audited = scene.is_audited || posed_[b].misses();
         scene.bodies.push_back(std::move(view));
     }
-    for (const Obstacle& obstacle : sources_.obstacles) scene.obstacles.push_back(shown(obstacle));
+    for (const Obstacle& obstacle : sources_.obstacles) scene.obstacles.push_back({obstacle});
     scene.contact_distance = sources_.contact_distance;
 }
 
-void ViewMaker::add_frame(std::size_t frame, ViewScene& scene) {
-    const int number = scene.numbers[frame];
-    const double time = scene.times[frame];
+void ViewMaker::add_frame(std::size_t number, const ShownFrame& frame, ViewScene& scene) {
+    const double time = scene.times[number];
     for (std::size_t b = 0; b < posed_.size(); ++b) {
         const ViewSource& source = sources_.bodies[b];
         ViewBody& view = scene.bodies[b];
-        sources_.read_nodes(b, number, x_);
-        const Eigen::Index rows = x_.rows();
-        if (frame == 0) view.nodes.resize(static_cast<Eigen::Index>(scene.frames()) * rows, 3);
-        view.nodes.middleRows(static_cast<Eigen::Index>(frame) * rows, rows) = x_;
-        posed_[b].begin_pose(x_);
+        const Vertices& x = frame.nodes[b];
+        if (number == 0) view.nodes.resize(static_cast<Eigen::Index>(scene.frames()) * x.rows(), 3);
+        view.nodes.middleRows(static_cast<Eigen::Index>(number) * x.rows(), x.rows()) = x;
+        posed_[b].begin_pose(x);
         add_bounds(posed_[b], *view.bounds);
-        if (source.elastic) add_node_stress(*source.elastic, x_.cast<double>(), view.scalars[0].values);
+        if (source.elastic) add_node_stress(*source.elastic, x.cast<double>(), view.scalars[0].values);
         if (!source.has_forces) continue;
-        sources_.read_forces(b, number, x_);
-        const Eigen::VectorXf sizes = x_.rowwise().norm();
+        const Eigen::VectorXf sizes = frame.contact_forces[b].rowwise().norm();
         std::vector<float>& forces = view.scalars.back().values;
         forces.insert(forces.end(), sizes.begin(), sizes.end());
     }
-    for (std::size_t i = 0; i < sources_.obstacles.size(); ++i)
-        if (const Obstacle& obstacle = sources_.obstacles[i]; !obstacle.velocity.isZero(0))
-            scene.obstacles[i].shifts.push_back(displacement_at(obstacle, time));
+    for (auto& [obstacle, shifts] : scene.obstacles)
+        if (!obstacle.velocity.isZero(0)) shifts.push_back(displacement_at(obstacle, time));
     scene.pairs.push_back(contacts_->add_frame(posed_, time, scene.bodies));
 }
 
-void make_view(const ViewSources& sources, ViewScene& scene) {
-    ViewMaker maker(sources);
-    maker.begin(scene);
-    for (std::size_t f = 0; f < scene.frames(); ++f) {
-        maker.add_frame(f, scene);
-        if (sources.progress) sources.progress(static_cast<int>(f) + 1, scene.frames());
-    }
-}
-
-ViewScene view_of_surfaces(std::vector<ViewSource> surfaces, const std::vector<Vertices>& poses,
+ViewScene view_of_surfaces(std::vector<ViewSource> surfaces, std::vector<Vertices> poses,
                            const std::string& title, double distance) {
     ViewScene scene;
     scene.title = title;
@@ -125,8 +134,9 @@ ViewScene view_of_surfaces(std::vector<ViewSource> surfaces, const std::vector<V
     ViewSources sources;
     sources.bodies = std::move(surfaces);
     sources.contact_distance = distance;
-    sources.read_nodes = [&](int body, int, Vertices& x) { x = poses[body]; };
-    make_view(sources, scene);
+    ViewMaker maker(std::move(sources));
+    maker.begin(scene);
+    maker.add_frame(0, {.nodes = std::move(poses)}, scene);
     return scene;
 }
 

@@ -120,18 +120,20 @@ Json shifts_json(const ViewObstacle& obstacle) {
     return shifts;
 }
 
-Json obstacle_json(const ViewObstacle& obstacle, PageData& data) {
+Json obstacle_json(const ViewObstacle& shown, PageData& data) {
     Json json;
-    if (const auto* plane = std::get_if<ViewPlane>(&obstacle.shape))
+    const auto& shape = shown.obstacle.shape;
+    if (const auto* plane = std::get_if<PlaneShape>(&shape))
         json = {{"shape", "plane"}, {"point", as_json(plane->point)}, {"normal", as_json(plane->normal)}};
-    else if (const auto* ball = std::get_if<ViewBall>(&obstacle.shape))
+    else if (const auto* ball = std::get_if<BallShape>(&shape))
         json = {{"shape", "ball"}, {"centre", as_json(ball->centre)}, {"radius", ball->radius}};
     else {
-        const ViewMesh& mesh = std::get<ViewMesh>(obstacle.shape);
-        json = {
-            {"shape", "mesh"}, {"positions", data.add_positions(mesh.X)}, {"faces", data.add_faces(mesh.F)}};
+        const TriMesh& mesh = std::get<std::shared_ptr<const StaticSurface>>(shape)->mesh();
+        json = {{"shape", "mesh"},
+                {"positions", data.add_positions(mesh.X.cast<float>())},
+                {"faces", data.add_faces(mesh.F)}};
     }
-    json["shifts"] = shifts_json(obstacle);
+    json["shifts"] = shifts_json(shown);
     return json;
 }
 

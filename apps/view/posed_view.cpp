@@ -5,7 +5,7 @@
 namespace nbd {
 namespace {
 
-constexpr int deepest = 6;
+constexpr int deepest_spheres = 6;  // of a sphere tree
 constexpr std::size_t most_boxes = 512;  // of a wide tree
 
 void add_box(const Box& box, std::vector<float>& values) {
@@ -59,7 +59,7 @@ ViewBounds bounds_of(PosedView& body) {
     if (bounds.are_boxes) return bounds;
     for (int node = 0; node < std::ssize(nodes); ++node) {
         const int depth = nodes[node].depth;
-        if (depth > deepest) break;
+        if (depth > deepest_spheres) break;
         bounds.first_node.resize(static_cast<std::size_t>(depth) + 2);
         bounds.first_node.back() = node + 1;
     }

@@ -4,11 +4,11 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "collision/geometry/embedding.hpp"
 #include "collision/geometry/geometry.hpp"
+#include "sim/obstacles/obstacle.hpp"
 
 namespace nbd {
 
@@ -47,22 +47,10 @@ struct ViewBody {
     FaceMarks missed;        // near or intersecting with faces that the bounds do not find
 };
 
-struct ViewPlane {
-    Eigen::Vector3d point, normal;
-};
-struct ViewBall {
-    Eigen::Vector3d centre;
-    double radius;
-};
-struct ViewMesh {
-    Vertices X;
-    Faces F;
-};
-
-/// A rigid obstacle, in its place before it moves.
+/// A rigid obstacle and where it is.
 struct ViewObstacle {
-    std::variant<ViewPlane, ViewBall, ViewMesh> shape;
-    std::vector<Eigen::Vector3d> shifts;  // [frames] metres; empty: it never moves
+    Obstacle obstacle;                      // in its place before it moves
+    std::vector<Eigen::Vector3d> shifts{};  // [frames] metres; empty: it never moves
 };
 
 /// Numbers of face pairs in a frame.

@@ -66,6 +66,9 @@ TEST_F(BadInputTest, SaysWhatToDoInsteadOfCommandsAndOptionsThatAreGone) {
          "`nbdtree train --radius-network` is gone: leave it out; learned_affine bounds have no network"},
         {"dataset a.h5 -o b.h5 --solver direct", 2,
          "`nbdtree dataset --solver` is gone: leave it out; steps are always solved by iteration"},
+        {"simulate a.json -o b.h5 --compare-contacts", 2,
+         "`nbdtree simulate --compare-contacts` is gone: run the scene a second time with `--contacts 0` and "
+         "compare the recordings"},
         {"export tree.h5 --torch a.h5", 2,
          "`nbdtree export --torch` is gone: tree files hold the networks as plain arrays, in nbd/ "
          "(apps/docs/formats.md)"},

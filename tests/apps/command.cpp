@@ -6,6 +6,7 @@
 
 #include <csignal>
 #include <cstdlib>
+#include <sstream>
 #include <stdexcept>
 
 #include "tests/support/file_damage.hpp"
@@ -19,6 +20,13 @@ std::string temporary_file() {
     if (descriptor < 0) throw std::runtime_error("no temporary file");
     close(descriptor);
     return name;
+}
+
+std::vector<std::string> divided(const std::string& text, char separator) {
+    std::istringstream in(text);
+    std::vector<std::string> parts;
+    for (std::string part; std::getline(in, part, separator);) parts.push_back(part);
+    return parts;
 }
 
 }  // namespace
@@ -36,23 +44,31 @@ std::vector<std::string> words(std::string_view line) {
     return found;
 }
 
-Running::Running(const std::filesystem::path& folder, std::string_view line, const char* program, Start start,
-                 const Environment& environment)
-    : out_(temporary_file()), err_(temporary_file()) {
+std::vector<std::string> lines(const std::string& text) { return divided(text, '\n'); }
+std::vector<std::string> cells(const std::string& line) { return divided(line, ','); }
+
+void become(const std::filesystem::path& folder, std::string_view line, const char* program,
+            const Environment& environment) {
     std::string called = std::filesystem::path(program).filename();
     std::vector<std::string> arguments = words(line);
     std::vector<char*> argv{called.data()};
     for (std::string& argument : arguments) argv.push_back(argument.data());
     argv.push_back(nullptr);
-    process_ = fork();
-    if (process_ < 0) throw std::runtime_error("cannot fork");
-    if (process_ > 0) return;
     // HDF5 1.10 leaks memory when it rejects a damaged file, and gmsh leaks at exit.
     setenv("ASAN_OPTIONS", "detect_leaks=0", 1);
     for (const auto& [name, value] : environment) setenv(name.c_str(), value.c_str(), 1);
+    if (chdir(folder.c_str()) == 0) execv(program, argv.data());
+    _exit(127);
+}
+
+Running::Running(const std::filesystem::path& folder, std::string_view line, const char* program, Start start,
+                 const Environment& environment)
+    : out_(temporary_file()), err_(temporary_file()) {
+    process_ = fork();
+    if (process_ < 0) throw std::runtime_error("cannot fork");
+    if (process_ > 0) return;
     const int out = open(out_.c_str(), O_WRONLY), err = open(err_.c_str(), O_WRONLY);
-    if (chdir(folder.c_str()) != 0 || dup2(out, STDOUT_FILENO) < 0 || dup2(err, STDERR_FILENO) < 0)
-        _exit(127);
+    if (dup2(out, STDOUT_FILENO) < 0 || dup2(err, STDERR_FILENO) < 0) _exit(127);
     if (start == Start::interrupted) {  // blocked and pending signals outlive execv()
         sigset_t signals;
         sigemptyset(&signals);
@@ -60,8 +76,7 @@ Running::Running(const std::filesystem::path& folder, std::string_view line, con
         sigprocmask(SIG_BLOCK, &signals, nullptr);
         raise(SIGINT);
     }
-    execv(program, argv.data());
-    _exit(127);
+    become(folder, line, program, environment);
 }
 
 Running::~Running() {

@@ -22,6 +22,14 @@ using Environment = std::map<std::string, std::string>;
 /// The words of a command line, divided at spaces; '...' is one word, with its spaces.
 std::vector<std::string> words(std::string_view line);
 
+/// The lines of a text; the cells of a line of a table (CSV).
+std::vector<std::string> lines(const std::string& text);
+std::vector<std::string> cells(const std::string& line);
+
+/// Becomes `program`, in `folder`, with the arguments `line`. For a process that was forked for it.
+[[noreturn]] void become(const std::filesystem::path& folder, std::string_view line, const char* program,
+                         const Environment& environment);
+
 /// A run of `nbdtree`, or of the given program, in the background in `folder`.
 class Running {
  public:

@@ -1,13 +1,14 @@
 // Datasets as users make them: interruptions and distribution do not change the resulting files.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <csignal>
 #include <cstdlib>
+#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "tests/apps/mpi.hpp"
 #include "tests/apps/small_files.hpp"
 #include "tests/support/file_damage.hpp"
 
@@ -208,6 +209,39 @@ TEST_F(DatasetTest, RetriesFailuresWithSmallerStepsAndRecordsThem) {
     EXPECT_NE(text("inspect wild/data.h5").find(" failed: at "), std::string::npos);
     const Ran again = run(command("wild", "--strength 300 --attempts 2"));
     EXPECT_EQ(again.err.find(" is left out: at "), std::string::npos) << again.err;
+}
+
+bool has_mpirun() { return std::system("mpirun --version >/dev/null 2>&1") == 0; }
+
+/// Runs `nbdtree` under mpirun in a folder with one thread per rank. at: NBDTREE_AT of the last rank, see
+/// apps/cli/test_points.hpp, whose exit status is then in the file last_rank.status; the others wait there
+/// for it. options: mpirun's. Returns the status of std::system.
+Ran run_mpi(const fs::path& folder, int ranks, const std::string& line, const std::string& at,
+            const std::string& options) {
+    const std::string command = "'" NBD_COMMAND "' " + line + " --threads 1";
+    std::string job =
+        "cd '" + folder.string() +
+        "' && OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 ASAN_OPTIONS=detect_leaks=0 "
+        "mpirun --oversubscribe " +
+        options + fmt::format(" -n {} ", ranks);
+    if (at.empty()) {
+        job += command;
+    } else {
+        // The others leave work for the last one, however fast they are. Open MPI 5.0.7 crashes if ranks have
+        // commands of their own.
+        std::ofstream(folder / "rank.sh") << fmt::format(
+            "if [ \"$OMPI_COMM_WORLD_RANK\" != {} ]; then\n"
+            "    NBDTREE_AT='{}|wait|last_rank.status' exec {}\n"
+            "fi\n"
+            "NBDTREE_AT='{}' {}\n"
+            "status=$?\necho $status >last_rank.status\nexit $status\n",
+            ranks - 1, at.substr(0, at.rfind('|')), command, at, command);
+        fs::remove(folder / "last_rank.status");
+        job += "sh rank.sh";
+    }
+    job += " >mpi.out 2>mpi.err";
+    const int status = std::system(job.c_str());
+    return {status, read_bytes(folder / "mpi.out"), read_bytes(folder / "mpi.err")};
 }
 
 /// Runs the dataset command under mpirun.

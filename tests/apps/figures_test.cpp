@@ -4,7 +4,6 @@
 #include <array>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <sstream>
 
 #include "collision/tree/posed_tree.hpp"
 #include "meshing/body/body.hpp"
@@ -27,24 +26,6 @@ class FiguresTest : public SmallFiles {
         make("figures -o figures --body ONE tree.h5 data.h5 --body TWO tree.h5 data.h5 -q");
     }
 };
-
-/// Cells of a table row.
-std::vector<std::string> cells(const std::string& line) {
-    std::vector<std::string> result{""};
-    for (const char c : line)
-        if (c == ',')
-            result.emplace_back();
-        else
-            result.back() += c;
-    return result;
-}
-
-std::vector<std::string> lines(const std::string& text) {
-    std::istringstream in(text);
-    std::vector<std::string> result;
-    for (std::string line; std::getline(in, line);) result.push_back(line);
-    return result;
-}
 
 TEST_F(FiguresTest, WritesEveryFigureAsTableAndPictures) {
     std::set<std::string> expected{"bounds.csv"};

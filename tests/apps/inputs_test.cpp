@@ -1,4 +1,4 @@
-// Inputs that used to go wrong: each in a form of our own, and those of ../shared/cases where they are.
+// Inputs that used to go wrong.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -247,46 +247,6 @@ TEST_F(Inputs, AGltfFileComesBackAsItWas) {
     for (int f = 0; f < glb.F.rows(); ++f)
         for (int c = 0; c < 3; ++c)
             EXPECT_LT((glb.X.row(glb.F(f, c)) - obj.X.row(obj.F(f, c))).cwiseAbs().maxCoeff(), 1e-6);
-}
-
-/// The same inputs as they were found.
-class SharedCases : public Inputs {
- protected:
-    void SetUp() override {
-        if (!std::filesystem::exists(NBD_SHARED_CASES)) GTEST_SKIP() << NBD_SHARED_CASES << " is absent";
-    }
-    static std::string path(const std::string& name) { return std::string(NBD_SHARED_CASES "/") + name; }
-};
-
-TEST_F(SharedCases, FarSurfacesMeetAsNearZero) {
-    EXPECT_EQ(result("collide " + path("far/near_a.obj") + " " + path("far/near_b.obj"))["face_pairs"], 138);
-    EXPECT_EQ(result("collide " + path("far/far_a.obj") + " " + path("far/far_b.obj"))["face_pairs"], 138);
-    const json ply = result("mesh " + path("far/in.ply") + " -o ply.h5");
-    EXPECT_EQ(ply["faces"], 1200);
-    EXPECT_NEAR(ply["volume"].get<double>(), 1, 1e-6);
-}
-
-TEST_F(SharedCases, FilesOfOtherProgramsAreRead) {
-    for (const char* name : {"formats/noend.mesh", "formats/field.vtk", "formats/meshio.vtu"}) {
-        const json mesh = result("mesh " + path(name) + " -o tets.h5");
-        EXPECT_EQ(mesh["nodes"], 27) << name;
-        EXPECT_EQ(mesh["tets"], 48) << name;
-    }
-    for (const char* name : {"formats/one_upper.stl", "formats/leading_space.stl"})
-        EXPECT_GT(result("mesh " + path(name) + " -o stl.h5")["volume"], 0.1) << name;
-    EXPECT_NEAR(result("mesh " + path("formats/quant_i16.glb") + " -o glb.h5")["volume"].get<double>(),
-                2 * 1 * 0.5, 1e-9);
-    for (const char* name : {"formats/cracks.stl", "formats/tjunction.obj"}) {
-        EXPECT_THAT(error("mesh " + path(name) + " -o open.h5"), HasSubstr("--weld LENGTH")) << name;
-        EXPECT_NEAR(result("mesh " + path(name) + " -o open.h5 --weld 1e-4")["volume"].get<double>(), 1, 1e-3)
-            << name;
-    }
-}
-
-TEST_F(SharedCases, AnObstacleThatIsInsideOutHoldsTheBody) {
-    const Ran checked = run("validate " + path("obstacles/flipped.json"));
-    EXPECT_EQ(checked.status, 0) << checked.out;
-    EXPECT_THAT(checked.err, HasSubstr("looked inward and were turned"));
 }
 
 }  // namespace

@@ -1,15 +1,102 @@
 #include <gtest/gtest.h>
+#include <poll.h>
+#include <pty.h>
+#include <sys/wait.h>
+#include <termios.h>
+#include <unistd.h>
 
+#include <array>
+#include <chrono>
+#include <csignal>
 #include <cstdlib>
 #include <regex>
+#include <stdexcept>
 
 #include "tests/apps/small_files.hpp"
-#include "tests/apps/terminal.hpp"
 #include "tests/meshing/shapes.hpp"
 #include "tests/meshing/surface_files.hpp"
 
 namespace nbd::test {
 namespace {
+
+/// A run of `nbdtree` with a terminal as standard error and output, in the background in `folder`.
+class TerminalRun {
+ public:
+    TerminalRun(const std::filesystem::path& folder, std::string_view line, int columns = 80,
+                const char* kind = "xterm", const Environment& environment = {});
+    ~TerminalRun();
+    TerminalRun(const TerminalRun&) = delete;
+    TerminalRun& operator=(const TerminalRun&) = delete;
+
+    /// Reads until the program has printed `text`; false if it ended without, or hangs for ten minutes.
+    bool wait_for(const std::string& text);
+    /// Presses Ctrl-C in the terminal.
+    void press_ctrl_c();
+    /// Reads what is left. Returns the exit status; minus the signal number if a signal killed it.
+    int wait();
+    /// All that was printed so far, with carriage returns and control sequences.
+    const std::string& printed() const { return printed_; }
+
+ private:
+    bool read_some();
+
+    std::string printed_;
+    int terminal_ = -1, process_ = -1;
+};
+
+TerminalRun::TerminalRun(const std::filesystem::path& folder, std::string_view line, int columns,
+                         const char* kind, const Environment& environment) {
+    const winsize size{
+        .ws_row = 24, .ws_col = static_cast<unsigned short>(columns), .ws_xpixel = 0, .ws_ypixel = 0};
+    process_ = forkpty(&terminal_, nullptr, nullptr, &size);
+    if (process_ < 0) throw std::runtime_error("cannot open a terminal");
+    if (process_ > 0) return;
+    termios settings{};
+    tcgetattr(STDIN_FILENO, &settings);
+    settings.c_lflag &= ~static_cast<tcflag_t>(ECHO);  // Ctrl-C shows nothing
+    tcsetattr(STDIN_FILENO, TCSANOW, &settings);
+    setenv("TERM", kind, 1);
+    become(folder, line, NBD_COMMAND, environment);
+}
+
+TerminalRun::~TerminalRun() {
+    if (process_ > 0) {
+        kill(process_, SIGKILL);
+        waitpid(process_, nullptr, 0);
+    }
+    close(terminal_);
+}
+
+bool TerminalRun::read_some() {
+    std::array<char, 4096> bytes;
+    const ssize_t n = read(terminal_, bytes.data(), bytes.size());  // fails when the program has ended
+    if (n > 0) printed_.append(bytes.data(), n);
+    return n > 0;
+}
+
+bool TerminalRun::wait_for(const std::string& text) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(10);
+    while (printed_.find(text) == std::string::npos) {
+        pollfd waiting{terminal_, POLLIN, 0};
+        if (std::chrono::steady_clock::now() > end || (poll(&waiting, 1, 1000) > 0 && !read_some()))
+            return false;
+    }
+    return true;
+}
+
+void TerminalRun::press_ctrl_c() {
+    constexpr char ctrl_c = 3;
+    if (write(terminal_, &ctrl_c, 1) != 1) throw std::runtime_error("cannot write to the terminal");
+}
+
+int TerminalRun::wait() {
+    while (read_some()) {
+    }
+    int status = 0;
+    waitpid(process_, &status, 0);
+    process_ = -1;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+}
 
 class ProgressTest : public SmallFiles {
  protected:

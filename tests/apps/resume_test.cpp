@@ -2,7 +2,6 @@
 
 #include <chrono>
 #include <random>
-#include <sstream>
 #include <thread>
 
 #include "tests/apps/small_files.hpp"
@@ -18,13 +17,11 @@ namespace fs = std::filesystem;
 std::string without_times(const std::string& csv) {
     std::string result;
     std::vector<bool> keep;
-    std::istringstream lines(csv);
-    for (std::string line; std::getline(lines, line);) {
-        std::istringstream cells(line);
+    for (const std::string& line : lines(csv)) {
         std::size_t column = 0;
-        for (std::string cell; std::getline(cells, cell, ','); ++column) {
+        for (const std::string& cell : cells(line)) {
             if (keep.size() <= column) keep.push_back(!cell.ends_with("_us"));
-            if (keep[column]) result += cell + ',';
+            if (keep[column++]) result += cell + ',';
         }
         result += '\n';
     }
@@ -115,13 +112,7 @@ TEST_F(ResumeTest, AutoBoundsOfALearnedTreeBoundTheSameNodesAfterAKill) {
     EXPECT_TRUE(bytes("auto_killed/run.h5") == bytes("auto_whole/run.h5"));
     // Nodes were bounded, and more of them in some steps than in others.
     std::set<std::string> bounded;
-    std::istringstream lines(table);
-    for (std::string line; std::getline(lines, line);) {
-        std::istringstream cells(line);
-        std::string cell;
-        for (int column = 0; column < 5; ++column) std::getline(cells, cell, ',');
-        bounded.insert(cell);
-    }
+    for (const std::string& line : lines(table)) bounded.insert(cells(line)[4]);
     EXPECT_GT(bounded.size(), 2u);  // the column's name and two numbers
     EXPECT_TRUE(bounded.contains("nodes_bounded"));
 }

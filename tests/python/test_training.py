@@ -91,7 +91,7 @@ def test_progress_is_told_and_its_errors_are_raised(beam, poses, tmp_path):
         nbd.make_dataset(beam, tmp_path / "q.h5", trajectories=3, frames=2, progress=refuse)
     nbd.make_dataset(beam, tmp_path / "q.h5", trajectories=3, frames=2)
     assert nbd.RecordingReader(tmp_path / "q.h5").frames == 6
-    assert "| all | 3 |" in (tmp_path / "q.shards" / "README.md").read_text()
+    assert "\nall                   3 " in (tmp_path / "q.shards" / "README.md").read_text()
 
 
 def test_recordings_are_written_frame_by_frame(tmp_path):

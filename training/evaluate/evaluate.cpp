@@ -213,7 +213,7 @@ std::string to_csv(const std::vector<EvaluationRow>& rows) {
     return text;
 }
 
-std::string to_text(const std::vector<EvaluationRow>& rows, bool all_depths) {
+std::string to_text(const std::vector<EvaluationRow>& rows) {
     const auto same_block = [](const EvaluationRow& a, const EvaluationRow& b) {
         return a.frames == b.frames && a.bound == b.bound;
     };
@@ -232,7 +232,7 @@ std::string to_text(const std::vector<EvaluationRow>& rows, bool all_depths) {
                             "vertices outside", width);
         for (auto first = begin; first < begin + depths; ++first) {
             const auto row = first - begin;
-            if (!all_depths && row != 0 && row != depths / 2 && row != depths - 1) continue;
+            if (row != 0 && row != depths / 2 && row != depths - 1) continue;
             text += fmt::format("  {:5}  {:12.3f}  {:9.3f}  {:12.3f}  ", first->depth,
                                 100 * first->radius_error, 100 * first->inflation, 100 * first->centre_error);
             for (auto r = first; r < end; r += depths)

@@ -66,8 +66,8 @@ std::vector<EvaluationRow> evaluate(const TreeFile& tree, const RecordingReader&
 /// CSV: column names, then one line per row; shares and errors as fractions of 1.
 std::string to_csv(const std::vector<EvaluationRow>& rows);
 
-/// Text tables, one per set and bound, in percent; errors are those at the first margin. One line per depth,
-/// or without `all_depths` one each for the root, the middle and the leaves.
-std::string to_text(const std::vector<EvaluationRow>& rows, bool all_depths);
+/// Text tables, one per set and bound, in percent; errors are those at the first margin. One line each for
+/// the root, the middle and the leaves.
+std::string to_text(const std::vector<EvaluationRow>& rows);
 
 }  // namespace nbd

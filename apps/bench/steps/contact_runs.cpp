@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "apps/bench/measure/measure.hpp"
-#include "apps/cli/scene_files.hpp"
+#include "apps/cli/load_body.hpp"
 #include "apps/simulate/film.hpp"
 #include "collision/base/counter_random.hpp"
 #include "collision/base/stopwatch.hpp"

@@ -67,14 +67,14 @@ SharedBody mesh_body(const path& file, std::optional<int> nodes, std::optional<d
     exclude(has_material, "a body that has a material", material.has_value(), "material");
     if (cage && *cage < 1)
         throw std::invalid_argument(fmt::format("cage: is {}; allowed: at least 1", *cage));
-    MeshFileConfig config{.tets = {},
-                          .cage = cage.value_or(0),
-                          .inside = inside.value_or(path()).string(),
-                          .scale = scale,
-                          .weld = weld.value_or(0),
-                          .material = material.value_or(Material{}),
-                          .levels = levels.value_or(0),
-                          .scheme = scheme.value_or(SubdivisionScheme::midpoint)};
+    MeshFileConfig config{{.tets = {},
+                           .scale = scale,
+                           .weld = weld.value_or(0),
+                           .levels = levels.value_or(0),
+                           .scheme = scheme.value_or(SubdivisionScheme::midpoint)},
+                          cage.value_or(0),
+                          inside.value_or(path()).string(),
+                          material.value_or(Material{})};
     if (nodes) config.tets.nodes = *nodes;
     if (grading) config.tets.grading = *grading;
     Output silent;

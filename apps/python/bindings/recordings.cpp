@@ -289,7 +289,7 @@ int remap(const path& recording, const path& output, const Body& source, const B
         throw std::invalid_argument(
             fmt::format("trajectories: is {}; allowed: 0 or more, 0 for all", trajectories));
     check_output(output.string(), {recording.string()});
-    return remap_recording(recording, source, target, output, trajectories, [](int, int) {}).frames;
+    return remap_recording(recording, source, target, output, trajectories).frames;
 }
 
 }  // namespace

@@ -12,7 +12,6 @@
 
 #include "apps/cli/load_body.hpp"
 #include "apps/cli/output.hpp"
-#include "apps/cli/scene_files.hpp"
 #include "apps/python/bindings/arrays.hpp"
 #include "apps/python/bindings/bindings.hpp"
 #include "apps/python/bindings/long_call.hpp"

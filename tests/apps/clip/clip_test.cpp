@@ -7,7 +7,6 @@
 #include <assimp/Importer.hpp>
 #include <sstream>
 
-#include "apps/clip/glb.hpp"
 #include "tests/support/error_of.hpp"
 
 namespace nbd {

@@ -128,9 +128,14 @@ TEST(Page, RefusesPositionsThatAreNotFinite) {
     EXPECT_EQ(error_of([&] { page_of(scene); }), "number 7 to be shown is inf; allowed: finite numbers");
 }
 
+struct Sheet {
+    Vertices X;
+    Faces F;
+};
+
 /// A wavy sheet of 2 k k faces.
-ViewMesh sheet(int k) {
-    ViewMesh mesh{Vertices((k + 1) * (k + 1), 3), Faces(2 * k * k, 3)};
+Sheet sheet(int k) {
+    Sheet mesh{Vertices((k + 1) * (k + 1), 3), Faces(2 * k * k, 3)};
     for (int i = 0; i <= k; ++i)
         for (int j = 0; j <= k; ++j) {
             const auto s = static_cast<float>(i), t = static_cast<float>(j);
@@ -146,7 +151,7 @@ ViewMesh sheet(int k) {
 }
 
 TEST(BoxLevels, EachLevelBoundsTheWholeBodyAndNoMoreBoxesComeThanAskedFor) {
-    const ViewMesh mesh = sheet(50);  // several clusters
+    const Sheet mesh = sheet(50);  // several clusters
     SurfaceEmbedding W(mesh.X.rows(), mesh.X.rows());
     W.setIdentity();
     PosedWideTree boxes(std::make_shared<const AffineModel>(mesh.F, mesh.X.rows(), W, mesh.X));
@@ -175,7 +180,7 @@ TEST(BoxLevels, EachLevelBoundsTheWholeBodyAndNoMoreBoxesComeThanAskedFor) {
 }
 
 TEST(PosedView, DrawsTheBoxesThatItsBoundsWalk) {
-    const ViewMesh mesh = sheet(20);
+    const Sheet mesh = sheet(20);
     SurfaceEmbedding W(mesh.X.rows(), mesh.X.rows());
     W.setIdentity();
     CollisionTree tree = make_exact_tree(mesh.X, mesh.F);

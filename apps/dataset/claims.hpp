@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 
 namespace nbd {
 
@@ -16,19 +17,13 @@ class Claims {
     Claims(const Claims&) = delete;
     Claims& operator=(const Claims&) = delete;
 
-    /// A claim, held until destruction. False if another process holds it.
-    class Held {
-     public:
-        Held(const Claims* claims, long item) noexcept : claims_(claims), item_(item) {}
-        ~Held();
-        Held(Held&& other) noexcept;
-        Held& operator=(Held&&) = delete;
-        explicit operator bool() const noexcept { return claims_ != nullptr; }
-
-     private:
-        const Claims* claims_;
-        long item_;
+    /// Ends a claim.
+    struct Release {
+        long item;
+        void operator()(const Claims* claims) const;
     };
+    /// A claim, held until destruction. Null if another process holds it.
+    using Held = std::unique_ptr<const Claims, Release>;
 
     /// Claims an item, >= 0, if it is free. On a file system without locks every claim is granted; work may
     /// then be done twice, with the same result. Throws std::runtime_error with path and reason.

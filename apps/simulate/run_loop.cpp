@@ -1,4 +1,4 @@
-#include "apps/simulate/simulate_run.hpp"
+#include "apps/simulate/run_loop.hpp"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,7 @@
 #include <utility>
 
 #include "apps/cli/interrupt.hpp"
-#include "apps/cli/scene_files.hpp"
-#include "apps/simulate/run_paths.hpp"
+#include "apps/cli/load_body.hpp"
 #include "apps/simulate/run_report.hpp"
 #include "collision/base/stopwatch.hpp"
 #include "meshing/h5/sha256.hpp"
@@ -37,7 +36,7 @@ Journal::Facts facts_of(const RunOptions& options, const SceneSpec& spec) {
 
 }  // namespace
 
-SimulateRun::SimulateRun(SimulateOptions options, Output& out) : options_(std::move(options)), out_(out) {
+RunLoop::RunLoop(SimulateOptions options, Output& out) : options_(std::move(options)), out_(out) {
     hold_blas_to_one_thread();
     if (const BlasInfo blas = blas_info(); !blas.fast) out.warning(blas.warning);
     spec_ = load_scene(options_.scene);
@@ -48,14 +47,14 @@ SimulateRun::SimulateRun(SimulateOptions options, Output& out) : options_(std::m
     check_outputs(paths_, inputs_);
 }
 
-void SimulateRun::override_scene() {
+void RunLoop::override_scene() {
     const auto& bounds = options_.bounds;
     const auto& margin = options_.margin;
     const auto& contacts = options_.contacts;
-    if (spec_.contact.intersection_free && (options_.compare_contacts || bounds || margin || contacts))
+    if (spec_.contact.intersection_free && (bounds || margin || contacts))
         throw std::invalid_argument(
             fmt::format("{}: steps without intersections have no bounds and no contacts to choose; allowed: "
-                        "without --bounds and --compare-contacts",
+                        "without --bounds, --margin and --contacts",
                         options_.scene));
     const bool other_contacts = contacts && *contacts != spec_.contact.contacts_per_node_pair;
     overridden_ = {{"--bounds", bounds ? std::string(name(*bounds)) : ""},
@@ -71,7 +70,7 @@ void SimulateRun::override_scene() {
 }
 
 /// Whether an earlier run has done all. Warns of what is asked of a run that is not made.
-bool SimulateRun::is_finished() const {
+bool RunLoop::is_finished() const {
     const EarlierRun earlier = find_earlier_run(paths_, {spec_, inputs_, options_.extras, overridden_});
     if (!earlier.is_finished) return false;
     RunOptions idle = earlier.tells_options ? RunOptions() : overridden_;
@@ -89,19 +88,19 @@ bool SimulateRun::is_finished() const {
     return true;
 }
 
-std::string SimulateRun::how_to_continue() const {
+std::string RunLoop::how_to_continue() const {
     return fmt::format("continue with: {}{}", out_.command_line, options_.resume ? "" : " --resume");
 }
 
-void SimulateRun::open_journal() {
+void RunLoop::open_journal() {
     journal_.emplace(journal_path(paths_), facts_of(overridden_, spec_), options_.resume);
     say_on_interrupt(
         fmt::format("{} holds the frames done; {}", journal_path(paths_).string(), how_to_continue()));
 }
 
-void SimulateRun::run() {
+void RunLoop::run() {
     if (options_.resume && is_finished()) return;
-    if (options_.live) live_.emplace(*options_.live);
+    if (options_.live) page_.emplace(*options_.live);
     // A new journal has to wait, so that a run that is stopped while it loads leaves nothing behind.
     if (options_.resume && std::filesystem::exists(journal_path(paths_))) open_journal();
     begin(load());
@@ -110,28 +109,23 @@ void SimulateRun::run() {
 }
 
 /// Makes the world. Returns the hashes of its bodies.
-std::vector<std::string> SimulateRun::load() {
+std::vector<std::string> RunLoop::load() {
     out_.work("loading");
-    SceneFiles files;
-    std::vector<LoadedBody> bodies;
+    std::vector<LoadedBody> bodies = load_bodies(spec_, out_);
     std::vector<std::string> hashes;
-    for (const SceneBody& body : spec_.bodies) {
-        bodies.push_back(files.load(body, out_));
-        hashes.push_back(body_hash(*bodies.back().body));
-    }
+    for (const LoadedBody& body : bodies) hashes.push_back(body_hash(*body.body));
     make_trees(spec_, bodies);
     std::vector<StartMove> moves;
     world_ = std::make_shared<World>(build_world(spec_, bodies, &moves));
     tell_start(options_.scene, spec_, bodies, *world_, moves, out_);
     world_->check_start();
     if (options_.audit > 0) audit_.emplace(spec_, bodies);
-    if (options_.compare_contacts) comparison_.emplace(spec_, bodies);
-    if (live_) live_->begin(spec_, bodies, world_, paths_.recording.filename().string());
+    if (page_) page_->begin(spec_, bodies, world_, paths_.recording.filename().string());
     return hashes;
 }
 
 /// Passes the frames of an earlier run to the outputs and continues after them, or keeps the start.
-void SimulateRun::begin(const std::vector<std::string>& body_hashes) {
+void RunLoop::begin(const std::vector<std::string>& body_hashes) {
     finish_on_interrupt();
     if (!journal_) open_journal();
     outputs_.emplace(paths_, spec_, *world_, body_hashes,
@@ -143,7 +137,7 @@ void SimulateRun::begin(const std::vector<std::string>& body_hashes) {
         continues = true;
         frame_ = frame_from(*record);
         outputs_->add_frame(frame_);
-        if (live_) live_->add(frame_);
+        if (page_) page_->add(frame_.number, frame_.world, frame_.contact_forces);
     }
     if (continues) {
         world_->restore(frame_.world);
@@ -151,32 +145,29 @@ void SimulateRun::begin(const std::vector<std::string>& body_hashes) {
     } else {
         keep(0, {});
     }
-    if (live_) out_.announcement(fmt::format("{} shows the run", live_->url()));
+    if (page_) out_.announcement(fmt::format("{} shows the run", page_->url()));
     if (out_.strict && outputs_->table().totals().troubled_steps > 0)
         failure_ = fmt::format("a step up to frame {} went wrong", frame_.number);
     out_.progress("frames", frame_.number, spec_.time.frames);
 }
 
 /// Takes the steps of the next frame and keeps it, unless one fails.
-void SimulateRun::make_frame() {
+void RunLoop::make_frame() {
     const int number = frame_.number + 1;
     std::vector<StepRow> steps;
-    WorldReport report;
     for (int step = 0; step < spec_.time.steps_per_frame && failure_.empty(); ++step) {
-        report = world_->step(spec_.time.dt);
-        if (comparison_) comparison_->step(spec_.time.dt);
+        const WorldReport report = world_->step(spec_.time.dt);
         steps.push_back({report, number});
         note(report);
     }
     if (!failure_.empty()) return outputs_->add_steps(steps);
     if (audit_ && number % options_.audit == 0) steps.back().audit = audit_->check(*world_);
-    if (comparison_) comparison_->compare(*world_, report);
     keep(number, std::move(steps));
     out_.progress("frames", number, spec_.time.frames);
 }
 
 /// Takes down what went wrong in a step, and whether it ends the run.
-void SimulateRun::note(const WorldReport& report) {
+void RunLoop::note(const WorldReport& report) {
     failure_ = report.failure;
     if (trouble_.empty() && report.trouble != StepTrouble::inverted) trouble_ = report.trouble_reason;
     if (out_.strict && failure_.empty()) failure_ = report.trouble_reason;
@@ -189,16 +180,16 @@ void SimulateRun::note(const WorldReport& report) {
 }
 
 /// Passes a frame of the world to the journal, the outputs and the page.
-void SimulateRun::keep(int number, std::vector<StepRow> steps) {
+void RunLoop::keep(int number, std::vector<StepRow> steps) {
     const ScopedTimer timer(output_us_);
     frame_ = take_frame(number, *world_, std::move(steps));
     journal_->append(to_bytes(frame_));
     outputs_->add_frame(frame_);
-    if (live_) live_->add(frame_);
+    if (page_) page_->add(frame_.number, frame_.world, frame_.contact_forces);
     ++frames_made_;
 }
 
-void SimulateRun::end() {
+void RunLoop::end() {
     if (factorised_ > 1) out_.warning(fmt::format("linear systems were factorised in {} steps", factorised_));
     outputs_->finish(failure_);
     const bool stopped = failure_.empty() && frame_.number < spec_.time.frames;
@@ -208,10 +199,7 @@ void SimulateRun::end() {
     if (!(out_.strict && !failure_.empty())) tell_trouble(totals, trouble_, out_);
     tell_results(paths_, frame_.number, totals, world_->smallest_diagonal(),
                  output_us_ / std::max(frames_made_, 1), out_);
-    if (comparison_)
-        out_.text(fmt::format("compared with all contacts; distances of nodes in % of the smallest body:\n{}",
-                              comparison_->table(world_->smallest_diagonal())));
-    if (live_) end_live(stopped);
+    if (page_) end_page(stopped);
     if (!failure_.empty())
         throw std::runtime_error(
             fmt::format("{}: stopped at {:.4g} s: {}", options_.scene, world_->time(), failure_));
@@ -221,13 +209,13 @@ void SimulateRun::end() {
 }
 
 /// Shows the end of the run, and goes on serving if that was asked for.
-void SimulateRun::end_live(bool stopped) {
+void RunLoop::end_page(bool stopped) {
     const bool failed = !failure_.empty();
-    live_->end(stopped ? RunState::stopped : failed ? RunState::failed : RunState::done, failure_);
+    page_->end(stopped ? RunState::stopped : failed ? RunState::failed : RunState::done, failure_);
     if (!options_.keep_live || stopped) return;
     out_.announcement(fmt::format("the run has {}; {} shows it until Ctrl-C",
-                                  failed ? "failed: " + failure_ : "ended", live_->url()));
-    live_->keep_serving();
+                                  failed ? "failed: " + failure_ : "ended", page_->url()));
+    page_->keep_serving();
 }
 
 }  // namespace nbd

@@ -1,4 +1,4 @@
-#include "apps/sharing/claims.hpp"
+#include "apps/dataset/claims.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -20,13 +20,7 @@ Claims::Claims(const std::filesystem::path& file)
 
 Claims::~Claims() { close(descriptor_); }
 
-Claims::Held::~Held() {
-    if (claims_) claims_->lock(item_, F_UNLCK);
-}
-
-Claims::Held::Held(Held&& other) noexcept : claims_(other.claims_), item_(other.item_) {
-    other.claims_ = nullptr;
-}
+void Claims::Release::operator()(const Claims* claims) const { claims->lock(item, F_UNLCK); }
 
 bool Claims::lock(long item, short kind) const {
     struct flock range = {};
@@ -38,9 +32,10 @@ bool Claims::lock(long item, short kind) const {
 }
 
 Claims::Held Claims::try_claim(long item) const {
-    if (lock(item, F_WRLCK)) return {this, item};
-    if (errno == EAGAIN || errno == EACCES) return {nullptr, item};
-    if (errno == ENOLCK || errno == EOPNOTSUPP || errno == ENOSYS || errno == EINVAL) return {this, item};
+    if (lock(item, F_WRLCK)) return Held(this, Release{item});
+    if (errno == EAGAIN || errno == EACCES) return Held(nullptr, Release{item});
+    if (errno == ENOLCK || errno == EOPNOTSUPP || errno == ENOSYS || errno == EINVAL)
+        return Held(this, Release{item});
     throw std::runtime_error(fmt::format("{}: cannot lock: {}", file_.string(), std::strerror(errno)));
 }
 

@@ -6,11 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "apps/live/run_page.hpp"
 #include "apps/simulate/audit.hpp"
-#include "apps/simulate/contact_comparison.hpp"
-#include "apps/simulate/earlier_run.hpp"
 #include "apps/simulate/journal.hpp"
-#include "apps/simulate/live_run.hpp"
+#include "apps/simulate/run_files.hpp"
 #include "apps/simulate/simulation_outputs.hpp"
 
 namespace nbd {
@@ -23,21 +22,20 @@ struct SimulateOptions {
     std::optional<BoundKind> bounds{};
     std::optional<double> margin{};
     std::optional<int> frames{}, contacts{};
-    int audit = 0;                  // every so many frames; 0: never
-    std::optional<int> live{};      // port of the page that shows the run; 0: any
-    bool keep_live = false;         // whether the page is served after the end
-    bool resume = false;            // continue an earlier run, or leave a finished one as it is
-    bool compare_contacts = false;  // run the scene a second time with all contacts
-    bool allow_outside = false;     // whether the scene may name outputs outside of the recording's folder
+    int audit = 0;               // every so many frames; 0: never
+    std::optional<int> live{};   // port of the page that shows the run; 0: any
+    bool keep_live = false;      // whether the page is served after the end
+    bool resume = false;         // continue an earlier run, or leave a finished one as it is
+    bool allow_outside = false;  // whether the scene may name outputs outside of the recording's folder
     ExtrasRequest extras{};
 };
 
-/// A run of a scene: from its file to the recording and the other outputs, with a journal from which a run
-/// that was stopped or killed continues.
-class SimulateRun {
+/// The loop of a run, step after step, with a page that shows it or without: from the scene's file to the
+/// recording and the other outputs, with a journal from which a run that was stopped or killed continues.
+class RunLoop {
  public:
     /// Reads the scene and checks the outputs. Throws one line about the first thing that is wrong.
-    SimulateRun(SimulateOptions options, Output& out);
+    RunLoop(SimulateOptions options, Output& out);
 
     /// Runs the scene to its end. Throws std::runtime_error where it fails, and Interrupted where the user
     /// stops it.
@@ -53,7 +51,7 @@ class SimulateRun {
     void note(const WorldReport& report);
     void keep(int number, std::vector<StepRow> steps);
     void end();
-    void end_live(bool stopped);
+    void end_page(bool stopped);
     std::string how_to_continue() const;
 
     SimulateOptions options_;
@@ -62,11 +60,10 @@ class SimulateRun {
     RunOptions overridden_;  // what the options change of a run
     std::vector<std::filesystem::path> inputs_;
     SceneOutput paths_;
-    std::optional<LiveRun> live_;
+    std::optional<RunPage> page_;
     std::optional<Journal> journal_;
     std::shared_ptr<World> world_;  // shared with the page of the run, which another thread makes
     std::optional<Audit> audit_;
-    std::optional<ContactComparison> comparison_;
     std::optional<SimulationOutputs> outputs_;
     SimulationFrame frame_;          // the last one
     std::string failure_, trouble_;  // why the run ends; the first trouble of its steps

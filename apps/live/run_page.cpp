@@ -1,12 +1,13 @@
-#include "apps/live/live_server.hpp"
+#include "apps/live/run_page.hpp"
 
 #include <fmt/format.h>
 #include <httplib.h>
 #include <sys/socket.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
-#include <charconv>
 #include <chrono>
 #include <csignal>
 #include <cstring>
@@ -14,8 +15,10 @@
 #include <optional>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 
-#include "apps/live/live_frames.hpp"
+#include "apps/cli/interrupt.hpp"
+#include "meshing/formats/words.hpp"
 
 namespace nbd {
 namespace {
@@ -39,18 +42,18 @@ void send(httplib::Response& response, std::string text, const char* type) {
                                   });
 }
 
-/// The number of frames that a question names; empty if it names none.
-std::optional<std::size_t> frame_count(const std::string& text) {
-    std::size_t count = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), count);
-    if (error != std::errc() || end != text.data() + text.size() || count > 1'000'000'000)
-        return std::nullopt;
-    return count;
+void wait(int milliseconds) { std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds)); }
+
+/// A name that no other run of this machine has.
+std::string run_name() {
+    return fmt::format("{:x}-{:x}", getpid(), std::chrono::system_clock::now().time_since_epoch().count());
 }
 
 }  // namespace
 
-struct LiveServer::Impl {
+/// Answers the questions of pages from threads of its own.
+struct RunPage::Server {
+    std::optional<LiveFrames> frames;  // what it serves; must stay until it has ended
     httplib::Server server;
     std::thread thread;
     int port = 0;
@@ -62,21 +65,21 @@ struct LiveServer::Impl {
 
     /// Lives while an answer is made.
     struct Answering {
-        explicit Answering(Impl& server) : of(server) { ++of.answering; }
+        explicit Answering(Server& server) : of(server) { ++of.answering; }
         ~Answering() {
             of.touch();
             --of.answering;
         }
         Answering(const Answering&) = delete;
         Answering& operator=(const Answering&) = delete;
-        Impl& of;
+        Server& of;
     };
 
-    void answer(LiveFrames& frames, const httplib::Request& request, httplib::Response& response) {
-        const auto from = frame_count(request.get_param_value("from"));
+    void answer(const httplib::Request& request, httplib::Response& response) {
+        const auto from = number_in<std::uint32_t>(request.get_param_value("from"));
         if (!from) return refuse(response, 400, "from: allowed: the number of frames that the page has");
         const Answering guard(*this);
-        std::string text = frames.answer(request.get_param_value("run"), *from);
+        std::string text = frames->answer(request.get_param_value("run"), *from);
         if (text.empty()) return refuse(response, 410, "another run is shown here now");
         send(response, std::move(text), "application/json");
     }
@@ -97,10 +100,21 @@ struct LiveServer::Impl {
             refuse(response, 403, fmt::format("allowed: http://{}:{}/", loopback, port));
         return httplib::Server::HandlerResponse::Handled;
     }
+
+    explicit Server(int wanted);
+    ~Server();
+    void serve();
+
+    /// Seconds since the last question, or its answer; infinite before the first.
+    double idle_seconds() const {
+        const Clock::rep last = last_question;
+        if (answering > 0) return 0;
+        if (last == 0) return std::numeric_limits<double>::infinity();
+        return std::chrono::duration<double>(Clock::now() - Clock::time_point(Clock::duration(last))).count();
+    }
 };
 
-LiveServer::LiveServer(int port) : impl_(std::make_unique<Impl>()) {
-    httplib::Server& server = impl_->server;
+RunPage::Server::Server(int wanted) {
     server.new_task_queue = [] { return new httplib::ThreadPool(4); };
     // Not SO_REUSEPORT, with which two runs would share a port.
     server.set_socket_options([](socket_t socket) {
@@ -116,31 +130,30 @@ LiveServer::LiveServer(int port) : impl_(std::make_unique<Impl>()) {
                                 {"X-Frame-Options", "DENY"},
                                 {"Cross-Origin-Resource-Policy", "same-origin"}});
     errno = 0;
-    impl_->port = port == 0                             ? server.bind_to_any_port(loopback)
-                  : server.bind_to_port(loopback, port) ? port
-                                                        : -1;
-    if (impl_->port < 0)
+    port = wanted == 0                             ? server.bind_to_any_port(loopback)
+           : server.bind_to_port(loopback, wanted) ? wanted
+                                                   : -1;
+    if (port < 0)
         throw std::runtime_error(
             fmt::format("--live: port {} of {} cannot be had: {}; allowed: a port that is "
                         "free, or --live alone, which finds one",
-                        port, loopback, errno == 0 ? "it is in use" : std::strerror(errno)));
+                        wanted, loopback, errno == 0 ? "it is in use" : std::strerror(errno)));
 }
 
-LiveServer::~LiveServer() {
-    if (!impl_->thread.joinable()) return;
-    impl_->server.stop();
-    impl_->thread.join();
+RunPage::Server::~Server() {
+    if (!thread.joinable()) return;
+    server.stop();
+    thread.join();
 }
 
-void LiveServer::serve(LiveFrames& frames) {
-    httplib::Server& server = impl_->server;
+void RunPage::Server::serve() {
     server.set_pre_routing_handler(
-        [this](const auto& request, auto& response) { return impl_->screen(request, response); });
-    server.Get("/", [&frames](const httplib::Request&, httplib::Response& response) {
-        send(response, frames.page(), "text/html; charset=utf-8");
+        [this](const auto& request, auto& response) { return screen(request, response); });
+    server.Get("/", [this](const httplib::Request&, httplib::Response& response) {
+        send(response, frames->page(), "text/html; charset=utf-8");
     });
-    server.Get("/frames", [this, &frames](const httplib::Request& request, httplib::Response& response) {
-        impl_->answer(frames, request, response);
+    server.Get("/frames", [this](const httplib::Request& request, httplib::Response& response) {
+        answer(request, response);
     });
     server.Get("/favicon.ico",
                [](const httplib::Request&, httplib::Response& response) { response.status = 204; });
@@ -158,23 +171,62 @@ void LiveServer::serve(LiveFrames& frames) {
     sigset_t all, before;
     sigfillset(&all);
     pthread_sigmask(SIG_SETMASK, &all, &before);
-    impl_->thread = std::thread([this] {
-        impl_->server.listen_after_bind();
-        impl_->has_ended = true;
+    thread = std::thread([this] {
+        server.listen_after_bind();
+        has_ended = true;
     });
     pthread_sigmask(SIG_SETMASK, &before, nullptr);
     // stop() would not end a server that does not listen yet.
-    while (!server.is_running() && !impl_->has_ended)
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    while (!server.is_running() && !has_ended) wait(1);
 }
 
-std::string LiveServer::url() const { return fmt::format("http://{}:{}/", loopback, impl_->port); }
+RunPage::RunPage(int port) : server_(std::make_unique<Server>(port)) {}
+RunPage::~RunPage() = default;
 
-double LiveServer::idle_seconds() const {
-    const Clock::rep last = impl_->last_question;
-    if (impl_->answering > 0) return 0;
-    if (last == 0) return std::numeric_limits<double>::infinity();
-    return std::chrono::duration<double>(Clock::now() - Clock::time_point(Clock::duration(last))).count();
+std::string RunPage::url() const { return fmt::format("http://{}:{}/", loopback, server_->port); }
+
+void RunPage::begin(const SceneSpec& spec, std::span<const LoadedBody> bodies,
+                    const std::shared_ptr<const World>& world, std::string title) {
+    ViewSources sources = sources_of_scene(spec, bodies, world);
+    std::size_t bytes = 0;  // of a frame
+    for (int b = 0; b < world->body_count(); ++b) {
+        ViewSource& source = sources.bodies[b];
+        source.start = world->state(b).x.cast<float>();
+        source.has_forces = true;
+        bytes += 6 * sizeof(float) * static_cast<std::size_t>(source.start.rows());
+    }
+    const int fit = static_cast<int>(std::clamp<std::size_t>(most_bytes / bytes, 2, most_frames));
+    shown_ = even_frames(spec.time.frames + 1, fit);
+    ViewScene scene;
+    scene.title = title + from_origin(world->origin());
+    scene.displacement_from = "the start";
+    scene.up = up_of(spec);
+    scene.recorded_frames = spec.time.frames + 1;
+    const double seconds = spec.time.dt * spec.time.frames * spec.time.steps_per_frame;
+    server_->frames.emplace(std::move(sources), std::move(scene),
+                            LivePage{run_name(), static_cast<int>(shown_.size()), seconds});
+}
+
+void RunPage::add(int number, const WorldSnapshot& frame, const std::vector<Nodes>& contact_forces) {
+    if (!std::ranges::binary_search(shown_, number)) return;
+    LiveFrame live{.number = number, .time = frame.time};
+    for (const BodyState& state : frame.bodies) live.shown.nodes.push_back(state.x.cast<float>());
+    for (const Nodes& forces : contact_forces) live.shown.contact_forces.push_back(forces.cast<float>());
+    server_->frames->add(std::move(live));
+    if (!server_->thread.joinable()) server_->serve();
+}
+
+void RunPage::end(RunState state, const std::string& message) {
+    LiveFrames& frames = *server_->frames;
+    frames.end(state, message);
+    // An open page asks again within five seconds, and has to draw in between.
+    const bool was_interrupted = interrupted();
+    for (int i = 0; i < 600 && interrupted() == was_interrupted; ++i, wait(50))
+        if (server_->idle_seconds() > (frames.told_end() ? 1.2 : 10)) return;
+}
+
+void RunPage::keep_serving() const {
+    while (!interrupted()) wait(50);
 }
 
 }  // namespace nbd

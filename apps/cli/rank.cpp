@@ -1,21 +1,17 @@
-#include "apps/sharing/rank.hpp"
+#include "apps/cli/rank.hpp"
 
-#include <charconv>
 #include <cstdlib>
-#include <cstring>
 #include <optional>
+
+#include "meshing/formats/words.hpp"
 
 namespace nbd {
 namespace {
 
 std::optional<int> from_environment(const char* name) {
     const char* text = std::getenv(name);
-    if (!text) return {};
-    int value = 0;
-    const char* end = text + std::strlen(text);
-    const auto [rest, error] = std::from_chars(text, end, value);
-    if (error != std::errc() || rest != end || value < 0) return {};
-    return value;
+    const auto value = text ? number_in<int>(text) : std::nullopt;
+    return value && *value >= 0 ? value : std::nullopt;
 }
 
 struct Launcher {
