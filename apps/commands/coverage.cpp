@@ -3,17 +3,12 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <optional>
 
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
-#include "apps/commands/training_options.hpp"
-#include "training/calibrate/calibrate.hpp"
-#include "training/calibrate/random_splits.hpp"
 #include "training/evaluate/contact_scenes.hpp"
 #include "training/evaluate/evaluate.hpp"
-#include "training/files/frame_source.hpp"
 #include "training/files/recording.hpp"
 #include "training/files/tree_file.hpp"
 
@@ -24,8 +19,6 @@ struct CoverageArguments {
     std::string tree, recording, csv, contacts_csv;
     std::vector<std::string> bounds;
     ContactScenesConfig contacts;
-    int splits = 0;
-    std::optional<std::size_t> memory;  // MiB, of the splits
 };
 
 /// The requested bounds, or all calibrated ones. With contact scenes, the tree must have all of them.
@@ -101,14 +94,6 @@ void run(const CoverageArguments& arguments, Output& out) {
         write_text(arguments.contacts_csv, to_csv(rows));
         for (const ContactScenesRow& row : rows) contact_table.push_back(to_json(row));
     }
-    if (arguments.splits > 0) {
-        FrameSource source(file.W, recording, frame_memory(arguments.memory));
-        for (const BoundKind kind : measured) {
-            out.work(fmt::format("random splits of {} bounds", name(kind)));
-            out.text(fmt::format("{}: {}", name(kind),
-                                 to_text(check_random_splits(file, kind, source, arguments.splits))));
-        }
-    }
     out.result({{"coverage", coverage_table}, {"contact_scenes", contact_table}});
 }
 
@@ -139,13 +124,6 @@ void add_coverage(CLI::App& app, Output& out) {
     command.add_option("--seed", arguments.contacts.seed, "Seed of the contact scenes")
         ->capture_default_str()
         ->check(seed_check());
-    command
-        .add_option("--splits", arguments.splits,
-                    "Number of random splits of all trajectories that training did not see into calibration "
-                    "and test; prints how often the stated miss rate was kept")
-        ->capture_default_str()
-        ->check(whole_number(0, 100'000));
-    add_memory_option(command, arguments.memory);
     command.add_option("--csv", arguments.csv, "File for the table of nodes and vertices (CSV)");
     command.add_option("--contacts-csv", arguments.contacts_csv,
                        "File for the table of contact scenes (CSV)");

@@ -103,6 +103,8 @@ nbd::Program describe() {
             .add_commands = add_commands,
             .gone = {{"bench", "run the program `nbdtree-bench`"},
                      {"carry", "use `nbdtree remap`"},
+                     {"coverage --memory", "leave it out; it was for --splits"},
+                     {"coverage --splits", "leave it out; the held-out trajectories tell as much"},
                      {"dataset --solver", "leave it out; steps are always solved by iteration"},
                      {"evaluate --all-depths", "use `--csv`, whose table has every depth"},
                      {"export --torch",

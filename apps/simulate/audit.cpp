@@ -2,6 +2,7 @@
 
 #include "collision/base/stopwatch.hpp"
 #include "collision/geometry/face_pair_set.hpp"
+#include "collision/tree/auto_bounds.hpp"
 
 namespace nbd {
 

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <sstream>
+#include <stdexcept>
 #include <string>
+#include <string_view>
 
 namespace nbd {
 
@@ -12,5 +14,21 @@ std::string message(const Parts&... parts) {
     (out << ... << parts);
     return out.str();
 }
+
+/// Throws std::invalid_argument, which names the subject and says what is wrong with it, unless a condition
+/// holds.
+class Requirement {
+ public:
+    /// subject: outlives the requirement.
+    explicit constexpr Requirement(std::string_view subject) noexcept : subject_(subject) {}
+
+    template <class... Parts>
+    void operator()(bool ok, const Parts&... parts) const {
+        if (!ok) throw std::invalid_argument(message(subject_, ": ", parts...));
+    }
+
+ private:
+    std::string_view subject_;
+};
 
 }  // namespace nbd

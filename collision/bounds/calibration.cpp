@@ -4,7 +4,6 @@
 #include <string>
 
 #include "collision/base/message.hpp"
-#include "collision/base/requirement.hpp"
 
 namespace nbd {
 

@@ -1,14 +1,11 @@
 #pragma once
 
-#include <array>
 #include <cmath>
 #include <compare>
 #include <cstdint>
-#include <functional>
 #include <limits>
 
-#include "collision/geometry/face_pair_set.hpp"
-#include "collision/geometry/separation.hpp"
+#include "collision/geometry/box.hpp"
 #include "collision/kernels/box_pack.hpp"
 #include "collision/kernels/kernels.hpp"
 
@@ -36,34 +33,12 @@ struct QueryCounters {
     long most_pairs = 0;      // pairs of one kind that the query held at a time, see PairQuery::reserve()
 };
 
-/// The test for boxes that have a point in common. Like Within it never leaves out a near box, see Kernels.
-class Overlapping {
- public:
-    bool boxes(const Box& s, const Box& t) const noexcept { return !apart(s, t, 0); }
-    void all(const BoxPack* packs, int count, const Box& t, std::uint16_t* masks) const noexcept {
-        kernels_->overlapping(packs, count, numbers(t), masks);
-    }
-    void each(const BoxPack* packs, int count, const BoxPack* boxes, unsigned which,
-              unsigned* masks) const noexcept {
-        kernels_->overlapping_each(packs, count, boxes, which, masks);
-    }
-    unsigned pairs(const BoxPack& s, unsigned in_s, const Box& whole_s, const BoxPack& t, unsigned in_t,
-                   const Box& whole_t, std::uint16_t* masks) const noexcept {
-        return kernels_->overlapping_pairs(s, in_s, numbers(whole_s), t, in_t, numbers(whole_t), masks);
-    }
-    void clear_parted(const OrientedBoxes& s, const OrientedBoxes& t, unsigned which,
-                      std::uint16_t* masks) const noexcept {
-        kernels_->clear_parted(s, t, 0, which, masks);
-    }
-
- private:
-    const Kernels* kernels_ = &kernels();
-};
-
-/// The test for boxes within a distance, metres.
+/// The test for boxes within a distance, metres; for 0, boxes that have a point in common. It never leaves
+/// out a near box, see Kernels.
 class Within {
  public:
-    explicit Within(float distance) noexcept : distance_(distance), most_(certain_square(distance)) {}
+    explicit Within(float distance) noexcept
+        : distance_(distance), most_(distance == 0 ? 0 : certain_square(distance)) {}
     bool boxes(const Box& s, const Box& t) const noexcept { return !apart(s, t, distance_); }
     void all(const BoxPack* packs, int count, const Box& t, std::uint16_t* masks) const noexcept {
         kernels_->near(packs, count, numbers(t), most_, masks);
@@ -93,72 +68,11 @@ inline Within within_at_most(double distance) noexcept {
                                               : std::nextafter(static_cast<float>(distance), largest));
 }
 
-/// Calls f with the test for boxes within `distance`: Overlapping for 0.
-template <class F>
-void with_test(float distance, const F& f) {
-    if (distance == 0)
-        f(Overlapping{});
-    else
-        f(Within(distance));
-}
-
-/// Sets bit k if box k of the pack is near t. near: Overlapping or Within.
-template <class Near>
-unsigned near_boxes(const BoxPack& pack, const Box& t, const Near& near) noexcept {
+/// Sets bit k if box k of the pack is near t.
+inline unsigned near_boxes(const BoxPack& pack, const Box& t, const Within& near) noexcept {
     std::uint16_t mask;
     near.all(&pack, 1, t, &mask);
     return mask;
 }
-
-/// Bits of the faces of leaf `other` that are proved apart from every face of `leaf`. Must not throw.
-using ProvedApart = std::function<unsigned(int leaf, int other)>;
-
-/// How near faces of two leaves must come to count as near, metres, >= 0 and at most the distance of the
-/// walk. Must not throw.
-using LeafReach = std::function<float(int leaf_a, int leaf_b)>;
-
-/// What a walk over one body with itself leaves out, besides faces that share a vertex. Null: nothing.
-struct LeftOut {
-    const FacePairSet* pairs = nullptr;
-    const ProvedApart* proved = nullptr;  // of the leaves of a wide tree
-    const LeafReach* reach = nullptr;     // likewise; null: the walk's distance everywhere
-};
-
-/// Which pairs a walk over two bodies takes: all.
-struct TwoBodies {
-    static constexpr bool is_one_body = false;
-    static bool children(int, int, int, int) noexcept { return true; }
-    static bool faces(int, int) noexcept { return true; }
-    static unsigned proved_apart(int, int) noexcept { return 0; }
-};
-
-/// Which pairs a walk over one body with itself takes: every pair of parts once, and no faces that share a
-/// vertex or are among those left out. Posed: what numbers the body's faces by slots, with face() and
-/// face_vertices().
-template <class Posed>
-class OneBody {
- public:
-    static constexpr bool is_one_body = true;
-
-    OneBody(const Posed& body, const LeftOut& left_out) noexcept : body_(body), left_out_(left_out) {}
-
-    /// Whether to take children i and j of nodes a and b.
-    static bool children(int a, int b, int i, int j) noexcept { return a != b || i <= j; }
-    /// Whether to take the faces in two slots. A face shares vertices with itself.
-    bool faces(int slot_a, int slot_b) const noexcept {
-        const std::array<int, 3> s = body_.face_vertices(slot_a), t = body_.face_vertices(slot_b);
-        for (const int v : s)
-            if (v == t[0] || v == t[1] || v == t[2]) return false;
-        return !(left_out_.pairs && left_out_.pairs->contains(body_.face(slot_a), body_.face(slot_b)));
-    }
-    /// Bits of faces of leaf b that are proved apart from all of leaf a.
-    unsigned proved_apart(int leaf_a, int leaf_b) const noexcept {
-        return left_out_.proved ? (*left_out_.proved)(leaf_a, leaf_b) : 0;
-    }
-
- private:
-    const Posed& body_;
-    LeftOut left_out_;
-};
 
 }  // namespace nbd

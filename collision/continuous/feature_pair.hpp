@@ -30,11 +30,17 @@ constexpr std::size_t corners_of_a(FeatureKind kind) noexcept {
 }
 
 /// x: the vertex and the corners of the face, or the ends of edge a and of edge b.
-ClosestPoints closest_points(FeatureKind kind, const std::array<Eigen::Vector3d, 4>& x) noexcept;
+inline ClosestPoints closest_points(FeatureKind kind, const std::array<Eigen::Vector3d, 4>& x) noexcept {
+    return kind == FeatureKind::vertex_face ? closest_point_triangle(x[0], x[1], x[2], x[3])
+                                            : closest_edge_edge(x[0], x[1], x[2], x[3]);
+}
 
 /// vertex_face_impact() or edge_edge_impact() of such corners.
-Impact feature_impact(FeatureKind kind, const std::array<MovingPoint, 4>& x,
-                      const ImpactConfig& config = {}) noexcept;
+inline Impact feature_impact(FeatureKind kind, const std::array<MovingPoint, 4>& x,
+                             const ImpactConfig& config = {}) noexcept {
+    return kind == FeatureKind::vertex_face ? vertex_face_impact(x[0], x[1], x[2], x[3], config)
+                                            : edge_edge_impact(x[0], x[1], x[2], x[3], config);
+}
 
 /// The boxes of both features of a pair, in double precision.
 class PairBoxes {

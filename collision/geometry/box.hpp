@@ -33,4 +33,22 @@ inline Box bounding_box(const Triangle& t) noexcept {
     return {{lo[0], lo[1], lo[2], 0}, {hi[0], hi[1], hi[2], 0}};
 }
 
+/// Threshold for a squared length computed in float32 from coordinate differences: above it, the length
+/// certainly exceeds `limit`. The differences, the three squares and their sum are off by at most 3 ulp; the
+/// rest allows for `limit` being a rounded sum.
+inline float certain_square(float limit) noexcept {
+    constexpr float slack = 1 + 16 * std::numeric_limits<float>::epsilon();
+    return limit * limit * slack + std::numeric_limits<float>::min();
+}
+
+/// Whether no point of s is within `distance` of a point of t. Never true in error; may be false if they are
+/// apart by only a few ulp.
+inline bool apart(const Sphere& s, const Sphere& t, float distance) noexcept {
+    return (s.c - t.c).squaredNorm() > certain_square(s.r + t.r + distance);
+}
+inline bool apart(const Box& s, const Box& t, float distance) noexcept {
+    const Eigen::Array4f gap = (s.lo - t.hi).max(t.lo - s.hi).max(0.f);
+    return gap.square().sum() > certain_square(distance);
+}
+
 }  // namespace nbd

@@ -4,7 +4,6 @@
 #include <stdexcept>
 
 #include "collision/base/message.hpp"
-#include "collision/base/split_points.hpp"
 
 namespace nbd {
 
@@ -22,10 +21,6 @@ FaceDivision::FaceDivision(VerticesRef X, FacesRef F) : centroids_(F.rows(), 3),
             (X.row(F(f, 0)).cast<double>() + X.row(F(f, 1)).cast<double>() + X.row(F(f, 2)).cast<double>()) /
             3;
     std::iota(faces_.begin(), faces_.end(), 0);
-}
-
-void FaceDivision::split(std::span<int> faces, std::size_t count) const {
-    split_points(centroids_, faces, count);
 }
 
 void FaceDivision::divide(std::span<int> faces, int parts,

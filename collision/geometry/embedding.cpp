@@ -21,8 +21,8 @@ Eigen::RowVector3f embedded_position(int count, const int* columns, const float*
 
 template void apply_embedding<float>(const SurfaceEmbedding& W, const VerticesRef& nodes, Vertices& x);
 
-void check_embedding_rows(std::span<const int> row_begin, std::span<const int> columns,
-                          std::span<const float> weights, int node_count) {
+SurfaceEmbedding embedding_of_rows(std::span<const int> row_begin, std::span<const int> columns,
+                                   std::span<const float> weights, int node_count) {
     if (row_begin.empty() || row_begin.front() != 0 || !std::ranges::is_sorted(row_begin) ||
         static_cast<std::size_t>(row_begin.back()) != columns.size() || columns.size() != weights.size())
         throw std::invalid_argument(
@@ -33,11 +33,6 @@ void check_embedding_rows(std::span<const int> row_begin, std::span<const int> c
         if (column < 0 || column >= node_count)
             throw std::invalid_argument(
                 message("an embedding refers to node ", column, ", but the node count is ", node_count));
-}
-
-SurfaceEmbedding embedding_of_rows(std::span<const int> row_begin, std::span<const int> columns,
-                                   std::span<const float> weights, int node_count) {
-    check_embedding_rows(row_begin, columns, weights, node_count);
     const auto rows = static_cast<int>(row_begin.size()) - 1;
     for (int v = 0; v < rows; ++v) {
         const std::size_t begin = row_begin[v], end = row_begin[static_cast<std::size_t>(v) + 1];

@@ -4,7 +4,7 @@
 
 #include "collision/geometry/box.hpp"
 #include "collision/geometry/geometry.hpp"
-#include "collision/geometry/positions.hpp"
+#include "collision/geometry/vertex_view.hpp"
 
 namespace nbd {
 
@@ -14,9 +14,9 @@ using FaceCorners = std::array<const float*, 3>;
 /// Faces in a pose, in the form that triangle tests read.
 struct PosedFaces {
     const Faces* F = nullptr;
-    Positions x;  // require() was called for the vertices of the faces to be read
+    VertexView x;
 
-    /// Lane 3 is unspecified, see Positions::operator[].
+    /// Lane 3 is unspecified, see VertexView::operator[].
     Eigen::Array4f corner(int face, int k) const noexcept { return x[(*F)(face, k)]; }
     /// spare: takes a corner that no number may follow.
     FaceCorners corners(int face, Eigen::Array4f& spare) const noexcept {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "collision/base/message.hpp"
-#include "collision/base/split_points.hpp"
+#include "collision/geometry/divide_faces.hpp"
 
 namespace nbd {
 namespace {

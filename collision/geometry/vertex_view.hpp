@@ -1,11 +1,13 @@
 #pragma once
 
 #include <concepts>
+#include <span>
 #include <stdexcept>
 #include <type_traits>
 #include <utility>
 
 #include "collision/base/message.hpp"
+#include "collision/base/prefetch.hpp"
 #include "collision/geometry/geometry.hpp"
 
 namespace nbd {
@@ -60,6 +62,28 @@ class VertexView {
     Eigen::Index count() const noexcept { return count_; }
     Eigen::Index stride() const noexcept { return stride_; }
     Rows rows() const noexcept { return {x_, count_, 3, Eigen::OuterStride<>(stride_)}; }
+
+    /// The three numbers of vertex `v`.
+    const float* data(int v) const noexcept { return x_ + stride_ * v; }
+    Eigen::Map<const Eigen::Vector3f> point(int v) const noexcept {
+        return Eigen::Map<const Eigen::Vector3f>(data(v));
+    }
+    /// Vertex `v` as four floats, to fill a vector register: x, y, z. Lane 3 is unspecified and may not be
+    /// finite.
+    Eigen::Array4f operator[](int v) const noexcept {
+        const float* p = data(v);
+        if (v == count_ - 1) return {p[0], p[1], p[2], 0};  // the array may end here
+        return Eigen::Map<const Eigen::Array4f>(p);
+    }
+    /// Pointer to the same four floats; copies them to `spare` if the array may end after the first three.
+    const float* four(int v, Eigen::Array4f& spare) const noexcept {
+        if (v != count_ - 1) return data(v);
+        spare = (*this)[v];
+        return spare.data();
+    }
+    void prefetch(std::span<const int> vertices) const noexcept {
+        for (const int v : vertices) prefetch_line(data(v));
+    }
 
  private:
     const float* x_ = nullptr;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <utility>
 
 #include "collision/geometry/box.hpp"
@@ -56,11 +57,10 @@ inline Box hull(const BoxPack& boxes, int count = BoxPack::lanes) noexcept {
     return box;
 }
 
-/// Sets bit k unless box k of s and t have no point in common.
-inline unsigned overlapping(const BoxPack& s, const Box& t) noexcept {
-    std::uint16_t mask;
-    kernels().overlapping(&s, 1, numbers(t), &mask);
-    return mask;
+/// Calls f(k) for each set bit k of a mask of lanes, in ascending order.
+template <class F>
+void for_each_bit(unsigned mask, const F& f) {
+    for (; mask != 0; mask &= mask - 1) f(std::countr_zero(mask));
 }
 
 }  // namespace nbd

@@ -53,19 +53,18 @@ inline void test_each(const Test& test, const BoxPack* packs, int count, const B
     }
 }
 
-void overlapping(const BoxPack* packs, int count, const float* box, std::uint16_t* masks) noexcept {
-    test_all(Overlap{}, packs, count, box, masks);
+/// Returns f(test) with the test for gaps whose square is at most `most`.
+template <class F>
+inline auto with_test(float most, const F& f) noexcept {
+    return most == 0 ? f(Overlap{}) : f(Near{most});
 }
+
 void near(const BoxPack* packs, int count, const float* box, float most, std::uint16_t* masks) noexcept {
-    test_all(Near{most}, packs, count, box, masks);
-}
-void overlapping_each(const BoxPack* packs, int count, const BoxPack* boxes, unsigned which,
-                      unsigned* masks) noexcept {
-    test_each(Overlap{}, packs, count, boxes, which, masks);
+    with_test(most, [&](const auto& test) { test_all(test, packs, count, box, masks); });
 }
 void near_each(const BoxPack* packs, int count, const BoxPack* boxes, unsigned which, float most,
                unsigned* masks) noexcept {
-    test_each(Near{most}, packs, count, boxes, which, masks);
+    with_test(most, [&](const auto& test) { test_each(test, packs, count, boxes, which, masks); });
 }
 
 template <class Test>
@@ -82,11 +81,8 @@ inline unsigned test_pairs(const Test& test, const BoxPack& s, unsigned in_s, co
     }
     return near_s;
 }
-unsigned overlapping_pairs(const BoxPack& s, unsigned in_s, const float* whole_s, const BoxPack& t,
-                           unsigned in_t, const float* whole_t, std::uint16_t* masks) noexcept {
-    return test_pairs(Overlap{}, s, in_s, whole_s, t, in_t, whole_t, masks);
-}
 unsigned near_pairs(const BoxPack& s, unsigned in_s, const float* whole_s, const BoxPack& t, unsigned in_t,
                     const float* whole_t, float most, std::uint16_t* masks) noexcept {
-    return test_pairs(Near{most}, s, in_s, whole_s, t, in_t, whole_t, masks);
+    return with_test(
+        most, [&](const auto& test) { return test_pairs(test, s, in_s, whole_s, t, in_t, whole_t, masks); });
 }

@@ -3,8 +3,6 @@
 #include <atomic>
 #include <initializer_list>
 
-#include "collision/kernels/forms.hpp"
-
 namespace nbd {
 
 const Kernels* kernels_for(InstructionSet instructions) noexcept {

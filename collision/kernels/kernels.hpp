@@ -72,26 +72,20 @@ struct Kernels {
 
     InstructionSet instructions;
 
-    /// Sets bit k of masks[p] unless box k of packs[p] and `box` have no point in common. box: 4 numbers of
-    /// the low corner, then 4 of the high corner.
-    void (*overlapping)(const BoxPack* packs, int count, const float* box, std::uint16_t* masks) noexcept;
-    /// Sets bit k of masks[p] unless the squared gap between the boxes exceeds `most`; exact up to a few ulp,
-    /// which certain_square() covers.
+    /// Sets bit k of masks[p] unless the squared gap between box k of packs[p] and `box` exceeds `most`;
+    /// exact up to a few ulp, which certain_square() covers. For `most` 0, sets it unless the boxes have no
+    /// point in common, exactly. box: 4 numbers of the low corner, then 4 of the high corner.
     void (*near)(const BoxPack* packs, int count, const float* box, float most,
                  std::uint16_t* masks) noexcept;
-    /// The same two tests for some boxes of one node against those of another, in up to two packs each.
+    /// The same test for some boxes of one node against those of another, in up to two packs each.
     /// For each bit i set in `which`, bit k of masks[i] is the result for boxes[i / 16], lane i % 16, and
     /// packs[k / 16], lane k % 16.
-    void (*overlapping_each)(const BoxPack* packs, int count, const BoxPack* boxes, unsigned which,
-                             unsigned* masks) noexcept;
     void (*near_each)(const BoxPack* packs, int count, const BoxPack* boxes, unsigned which, float most,
                       unsigned* masks) noexcept;
-    /// The same two tests for the boxes of two packs. Returns the lanes of s that are near whole_t, or none
+    /// The same test for the boxes of two packs. Returns the lanes of s that are near whole_t, or none
     /// if no lane of t is near whole_s; for each of them sets bit k of masks[i] if box i of s and box k of t
     /// are near, and box k is near whole_s. in_s, in_t: lanes to be looked at. whole_s, whole_t: boxes that
     /// hold what these lanes bound.
-    unsigned (*overlapping_pairs)(const BoxPack& s, unsigned in_s, const float* whole_s, const BoxPack& t,
-                                  unsigned in_t, const float* whole_t, std::uint16_t* masks) noexcept;
     unsigned (*near_pairs)(const BoxPack& s, unsigned in_s, const float* whole_s, const BoxPack& t,
                            unsigned in_t, const float* whole_t, float most, std::uint16_t* masks) noexcept;
     /// The box around points x + places[k], k < count, which may be 0: the empty box. Reads a fourth number
@@ -119,8 +113,11 @@ struct Kernels {
     /// Packs sixteen triangles. corners: [3][16], where each corner stands; reads a fourth number of each,
     /// which does not count.
     void (*pack_triangles)(const float* const (*corners)[16], TrianglePack& pack) noexcept;
-    /// See triangle_pack.hpp.
+    /// Sets bit k if the plane of one of the triangles s[k] and t[k] certainly has the other strictly on one
+    /// side; they then have no point in common.
     unsigned (*separated_by_plane)(const TrianglePack& s, const TrianglePack& t) noexcept;
+    /// Whether an edge of one triangle meets the other triangle. If two triangles have a point in common,
+    /// some edge does.
     PackVerdict (*edges_meet_faces)(const TrianglePack& s, const TrianglePack& t) noexcept;
 
     /// Boxes around the children of a part in a pose, from its nodes alone. `rest`: boxes in the frame of
@@ -145,6 +142,9 @@ struct Kernels {
     void (*networks)(const ByteLayer (*layers)[3], int count, const FixedColumns& columns,
                      const std::int16_t* x, float scale, float (*results)[outputs], float* products) noexcept;
 };
+
+/// The forms of this build; not every one has all of them.
+extern const Kernels kernels_plain, kernels_avx2, kernels_avx512;
 
 /// The form for an instruction set; null if the CPU or this build of the library does not support it.
 const Kernels* kernels_for(InstructionSet instructions) noexcept;

@@ -12,11 +12,8 @@ constexpr float infinity = __builtin_inff();
 
 constexpr Kernels make_kernels(InstructionSet instructions) noexcept {
     return {.instructions = instructions,
-            .overlapping = overlapping,
             .near = near,
-            .overlapping_each = overlapping_each,
             .near_each = near_each,
-            .overlapping_pairs = overlapping_pairs,
             .near_pairs = near_pairs,
             .box_of_points = box_of_points,
             .boxes_of_lists = boxes_of_lists,

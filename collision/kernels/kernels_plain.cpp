@@ -2,7 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "collision/kernels/forms.hpp"
+#include "collision/kernels/kernels.hpp"
 #include "collision/kernels/packs.hpp"
 
 namespace nbd {

@@ -91,8 +91,6 @@ void check_bd_model(const BdModel& model, const SphereTree& tree, int vertex_cou
         throw std::invalid_argument("BD-Tree: an entry of dr is negative");
 }
 
-static_assert(Bound<BdBound>);
-
 BdBound::BdBound(const SphereTree& tree, const BdModel& model)
     : tree_(&tree), model_(&model), z_(Eigen::VectorXf::Zero(model.modes.U.cols())), q_(z_), abs_q_(z_) {
     scratch_.fit(model.modes.X.rows());

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "collision/nbd_tree/bound.hpp"
 #include "collision/nbd_tree/modal_coordinates.hpp"
 #include "collision/nbd_tree/sphere_tree.hpp"
 
@@ -36,8 +35,6 @@ class BdBound {
     BdBound(const SphereTree& tree, const BdModel& model);
     void begin_pose(VerticesRef x) noexcept;
     Sphere bound(int node) const noexcept;
-    /// The vertices that begin_pose() reads.
-    const std::vector<int>& representatives() const noexcept { return model_->modes.representatives; }
 
  private:
     const SphereTree* tree_;

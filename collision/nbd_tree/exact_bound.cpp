@@ -6,8 +6,6 @@
 
 namespace nbd {
 
-static_assert(Bound<ExactBound>);
-
 ExactBound::ExactBound(const SphereTree& tree)
     : tree_(&tree),
       parents_(tree.nodes.size(), -1),

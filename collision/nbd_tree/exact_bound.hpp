@@ -2,7 +2,6 @@
 
 #include <vector>
 
-#include "collision/nbd_tree/bound.hpp"
 #include "collision/nbd_tree/sphere_tree.hpp"
 
 namespace nbd {

@@ -5,8 +5,6 @@
 #include <span>
 #include <utility>
 
-#include "collision/geometry/bounding_box.hpp"
-
 namespace nbd {
 namespace {
 
@@ -18,6 +16,30 @@ int halvings(int count) noexcept {
 }
 
 }  // namespace
+
+Box bounding_box(const VertexView& x, std::span<const int> vertices) noexcept {
+    // Four independent chains, since each minimum waits for the previous one.
+    constexpr int chains = 4;
+    Box part[chains] = {empty_box(), empty_box(), empty_box(), empty_box()};
+    Eigen::Array4f doubt[chains] = {};  // NaN where a number is not finite: minima lose it
+    for (Eigen::Array4f& d : doubt) d.setZero();
+    const auto add = [&](int c, int vertex) {
+        const Eigen::Array4f p = x[vertex];
+        part[c].lo = part[c].lo.min(p);
+        part[c].hi = part[c].hi.max(p);
+        doubt[c] += 0 * p;
+    };
+    const int *begin = vertices.data(), *end = begin + vertices.size();
+    for (; end - begin >= chains; begin += chains)
+        for (int c = 0; c < chains; ++c) add(c, begin[c]);
+    for (; begin < end; ++begin) add(0, *begin);
+    Box box = joined(joined(part[0], part[1]), joined(part[2], part[3]));
+    const Eigen::Array4f any = (doubt[0] + doubt[1]) + (doubt[2] + doubt[3]);
+    box.lo += any;
+    box.hi += any;
+    box.lo[3] = box.hi[3] = 0;
+    return box;
+}
 
 LeafBoxes::LeafBoxes(const SphereTree& tree, const Faces& F, int vertex_count)
     : tree_(&tree), roots_(tree.nodes.size(), -1), corners_(F(tree.faces, Eigen::all)) {
@@ -80,7 +102,7 @@ void LeafBoxes::list_vertices(int vertex_count) {
     }
 }
 
-void LeafBoxes::begin_pose(const Positions& x) noexcept {
+void LeafBoxes::begin_pose(const VertexView& x) noexcept {
     x_ = x;
     opened_.clear();
     met_non_finite_ = false;
@@ -93,11 +115,10 @@ Box LeafBoxes::whole(int i) const noexcept {
 
 int LeafBoxes::fit(int i) noexcept {
     const Node& n = node(i);
-    x_.require(vertices_of(n));
     at_[i] = opened_.size();
     Opened& opened = opened_.emplace_back();
     opened.node = i;
-    const int count = x_.rows().rows() == 0 ? 0 : n.count;
+    const int count = x_.count() == 0 ? 0 : n.count;
     opened.count = count;
     Box all = empty_box();
     const PosedFaces posed = faces();

@@ -7,12 +7,15 @@
 #include <vector>
 
 #include "collision/base/prefetch.hpp"
+#include "collision/bounds/walk.hpp"
 #include "collision/geometry/posed_faces.hpp"
 #include "collision/kernels/box_pack.hpp"
-#include "collision/kernels/lane_mask.hpp"
 #include "collision/nbd_tree/sphere_tree.hpp"
 
 namespace nbd {
+
+/// Smallest box around the listed vertices, at least one; NaN on an axis on which a position is not finite.
+Box bounding_box(const VertexView& x, std::span<const int> vertices) noexcept;
 
 /// A small tree of boxes under every leaf of a sphere tree, with up to 32 boxes per node. In each pose, boxes
 /// are fitted only where a query looks. Each node divides its range of faces by up to five halvings;
@@ -46,7 +49,7 @@ class LeafBoxes {
     LeafBoxes& operator=(LeafBoxes&&) = default;
 
     /// x: must stay valid until the next pose.
-    void begin_pose(const Positions& x) noexcept;
+    void begin_pose(const VertexView& x) noexcept;
 
     /// The node that spans all faces of a leaf of the sphere tree.
     int root(int leaf) const noexcept { return roots_[leaf]; }
@@ -69,7 +72,7 @@ class LeafBoxes {
         if (!is_open(root)) prefetch_lines(vertices_of(node(root)));
     }
     void prefetch_positions(int root) const noexcept {
-        if (!is_open(root) && x_.rows().rows() > 0) x_.prefetch(vertices_of(node(root)));
+        if (!is_open(root) && x_.count() > 0) x_.prefetch(vertices_of(node(root)));
     }
     /// Prefetches what opening a node below an open one will read.
     void prefetch_node(int i) const noexcept {
@@ -81,13 +84,8 @@ class LeafBoxes {
 
     /// Index of the face at position `slot` of the sphere tree's `faces`.
     int face(int slot) const noexcept { return tree_->faces[slot]; }
-    std::array<int, 3> face_vertices(int slot) const noexcept {
-        const int* c = corners(slot);
-        return {c[0], c[1], c[2]};
-    }
     /// The faces in this pose, numbered by slot.
     PosedFaces faces() const noexcept { return {&corners_, x_}; }
-    Triangle triangle(int slot) const noexcept { return faces().triangle(slot); }
 
  private:
     const int* corners(int slot) const noexcept { return corners_.data() + 3 * std::ptrdiff_t{slot}; }
@@ -105,7 +103,7 @@ class LeafBoxes {
     }
 
     const SphereTree* tree_;
-    Positions x_;
+    VertexView x_;
     std::vector<int> roots_;   // [sphere tree nodes] root of each leaf; -1 for other nodes
     std::vector<Node> nodes_;  // per leaf, breadth first
     std::vector<int> vertices_;
@@ -124,18 +122,16 @@ inline unsigned all_boxes(const LeafBoxes::Opened& node) noexcept {
 }
 inline int pack_count(const LeafBoxes::Opened& node) noexcept { return node.count > BoxPack::lanes ? 2 : 1; }
 
-/// Sets bit k if box k of a node is near t. near: Overlapping or Within.
-template <class Near>
-unsigned near_boxes(const LeafBoxes::Opened& s, const Box& t, const Near& near) noexcept {
+/// Sets bit k if box k of a node is near t.
+inline unsigned near_boxes(const LeafBoxes::Opened& s, const Box& t, const Within& near) noexcept {
     std::uint16_t masks[2] = {0, 0};
     near.all(s.packs.data(), pack_count(s), t, masks);
     return (masks[0] | static_cast<unsigned>(masks[1]) << BoxPack::lanes) & all_boxes(s);
 }
 
 /// For each bit i set in `which`, sets bit k of masks[i] if box k of s is near box i of t.
-template <class Near>
-void near_boxes(const LeafBoxes::Opened& s, const LeafBoxes::Opened& t, unsigned which, const Near& near,
-                unsigned (&masks)[LeafBoxes::max_boxes]) noexcept {
+inline void near_boxes(const LeafBoxes::Opened& s, const LeafBoxes::Opened& t, unsigned which,
+                       const Within& near, unsigned (&masks)[LeafBoxes::max_boxes]) noexcept {
     near.each(s.packs.data(), pack_count(s), t.packs.data(), which, masks);
     for_each_bit(which, [&](int i) { masks[i] &= all_boxes(s); });
 }

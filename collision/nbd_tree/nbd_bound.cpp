@@ -4,7 +4,7 @@
 #include <cmath>
 #include <span>
 
-#include "collision/base/requirement.hpp"
+#include "collision/base/message.hpp"
 
 namespace nbd {
 
@@ -70,7 +70,7 @@ void check_nbd_model(const NbdModel& model, const SphereTree& tree, int vertex_c
             "the spread of the modal coordinates is not finite");
 }
 
-static_assert(GatedBound<NbdBound> && NbdNetworks::max_at_once >= 2);
+static_assert(NbdNetworks::max_at_once >= 2);
 
 NbdBound::NbdBound(const SphereTree& tree, const NbdModel& model)
     : tree_(&tree),

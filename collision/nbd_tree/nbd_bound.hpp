@@ -5,7 +5,6 @@
 #include <span>
 #include <vector>
 
-#include "collision/nbd_tree/bound.hpp"
 #include "collision/nbd_tree/modal_coordinates.hpp"
 #include "collision/nbd_tree/nbd_networks.hpp"
 #include "collision/nbd_tree/sphere_tree.hpp"
@@ -62,8 +61,6 @@ class NbdBound {
     /// tree, model: must outlive this object.
     NbdBound(const SphereTree& tree, const NbdModel& model);
     void begin_pose(VerticesRef x) noexcept;
-    /// The vertices that begin_pose() reads.
-    const std::vector<int>& representatives() const noexcept { return model_->modes.representatives; }
     /// Bounds both children of a node when either is asked for, since a query asks for the other next.
     Sphere bound(int node) noexcept {
         const int first = node == 0 ? 0 : (node - 1) / 2 * 2 + 1;  // children come in pairs after the root

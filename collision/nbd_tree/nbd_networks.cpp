@@ -4,7 +4,7 @@
 #include <bit>
 #include <cmath>
 
-#include "collision/base/requirement.hpp"
+#include "collision/base/message.hpp"
 
 namespace nbd {
 namespace {
@@ -76,11 +76,6 @@ void NbdNetworks::round(std::span<const float> weights) {
                 }
             }
         }
-}
-
-std::size_t NbdNetworks::memory() const noexcept {
-    return bytes_.size() * sizeof(bytes_[0]) + sums_.size() * sizeof(sums_[0]) +
-           (scales_.size() + floats_.size()) * sizeof(float);
 }
 
 std::vector<float> NbdNetworks::weights() const {

@@ -57,8 +57,6 @@ class NbdNetworks {
     int hidden() const noexcept { return hidden_; }
     int count() const noexcept { return count_; }
     NetworkNumbers numbers() const noexcept { return numbers_; }
-    /// Memory of all networks, in bytes.
-    std::size_t memory() const noexcept;
     /// Number of weights of one network.
     int weight_count() const noexcept { return weight_count(inputs_, hidden_); }
     static constexpr int weight_count(int inputs, int hidden) noexcept {

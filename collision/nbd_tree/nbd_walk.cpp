@@ -1,27 +1,16 @@
 #include "collision/nbd_tree/nbd_walk.hpp"
 
 #include <algorithm>
-#include <limits>
-
-#include "collision/kernels/lane_mask.hpp"
 
 namespace nbd {
-namespace {
-
-int face_count(const SphereTree::Node& node) noexcept { return node.face_end - node.face_begin; }
-
-}  // namespace
 
 void NbdWalk::count_held(const std::vector<NodePair>& pairs) noexcept {
     counters_.most_pairs = std::max(counters_.most_pairs, static_cast<long>(pairs.size()));
 }
 
-template <class Taken>
 void NbdWalk::find_leaves(PosedNbdTree& a, PosedNbdTree& b, float distance) {
     counters_ = {};
-    distance_ = distance;
     leaf_pairs_.clear();
-    next_leaves_ = 0;
     const auto walk = [&](const auto& sphere_a, const auto& sphere_b) {
         for (level_.assign(1, {0, 0}); !level_.empty(); std::swap(level_, next_)) {
             next_.clear();
@@ -29,19 +18,9 @@ void NbdWalk::find_leaves(PosedNbdTree& a, PosedNbdTree& b, float distance) {
             count_held(level_);
             for (const NodePair& pair : level_) {
                 const SphereTree::Node &node_a = a.tree().nodes[pair.a], &node_b = b.tree().nodes[pair.b];
-                if (Taken::is_one_body && pair.a == pair.b) {  // near itself, whatever its sphere is
-                    const int child = node_a.first_child;
-                    if (node_a.is_leaf())
-                        leaf_pairs_.push_back(pair);
-                    else
-                        next_.insert(next_.end(),
-                                     {{child, child}, {child, child + 1}, {child + 1, child + 1}});
-                    continue;
-                }
                 const Sphere &s = sphere_a(pair.a), &t = sphere_b(pair.b);
                 if (apart(s, t, distance)) continue;
-                const bool first_is_larger =
-                    Taken::is_one_body ? face_count(node_a) >= face_count(node_b) : s.r >= t.r;
+                const bool first_is_larger = s.r >= t.r;
                 if (node_a.is_leaf() && node_b.is_leaf()) {
                     leaf_pairs_.push_back(pair);
                 } else if (node_b.is_leaf() || (!node_a.is_leaf() && first_is_larger)) {
@@ -64,9 +43,8 @@ void NbdWalk::find_leaves(PosedNbdTree& a, PosedNbdTree& b, float distance) {
     count_held(leaf_pairs_);
 }
 
-template <class Near, class Taken>
-void NbdWalk::walk_boxes(LeafBoxes& a, int root_a, LeafBoxes& b, int root_b, const Near& near,
-                         const Taken& taken, std::vector<FacePair>& pairs) {
+void NbdWalk::walk_boxes(LeafBoxes& a, int root_a, LeafBoxes& b, int root_b, const Within& near,
+                         std::vector<FacePair>& pairs) {
     a.open(root_a);
     b.open(root_b);
     stack_.assign(1, {root_a, root_b});
@@ -92,13 +70,10 @@ void NbdWalk::walk_boxes(LeafBoxes& a, int root_a, LeafBoxes& b, int root_b, con
                 stack_.push_back({node_a.first_child + i, pair.b});
             else if (node_b.has_faces())
                 for_each_bit(mask, [&](int j) {
-                    if (taken.children(pair.a, pair.b, i, j) &&
-                        taken.faces(node_a.first_slot + i, node_b.first_slot + j))
-                        pairs.push_back({node_a.first_slot + i, node_b.first_slot + j});
+                    pairs.push_back({node_a.first_slot + i, node_b.first_slot + j});
                 });
             else
                 for_each_bit(mask, [&](int j) {
-                    if (!taken.children(pair.a, pair.b, i, j)) return;
                     stack_.push_back({node_a.first_child + i, node_b.first_child + j});
                     a.prefetch_node(stack_.back().a);
                     b.prefetch_node(stack_.back().b);
@@ -109,12 +84,13 @@ void NbdWalk::walk_boxes(LeafBoxes& a, int root_a, LeafBoxes& b, int root_b, con
     }
 }
 
-template <class Near, class Taken>
-void NbdWalk::find_faces(LeafBoxes& a, LeafBoxes& b, const Near& near, const Taken& taken, std::size_t enough,
-                         std::vector<FacePair>& pairs) {
+void NbdWalk::near_faces(PosedNbdTree& s, PosedNbdTree& t, float distance, std::vector<FacePair>& pairs) {
+    find_leaves(s, t, distance);
+    LeafBoxes &a = s.leaves(), &b = t.leaves();
+    const Within near(distance);
     const auto opened = [&] { return a.opened() + (&a == &b ? 0 : b.opened()); };
     const long opened_before = opened();
-    for (std::size_t& i = next_leaves_; i < leaf_pairs_.size() && pairs.size() < enough; ++i) {
+    for (std::size_t i = 0; i < leaf_pairs_.size(); ++i) {
         const auto in = [&](std::size_t ahead, const auto& prefetch) {
             if (i + ahead < leaf_pairs_.size()) prefetch(leaf_pairs_[i + ahead]);
         };
@@ -126,33 +102,9 @@ void NbdWalk::find_faces(LeafBoxes& a, LeafBoxes& b, const Near& near, const Tak
             a.prefetch_positions(a.root(pair.a));
             b.prefetch_positions(b.root(pair.b));
         });
-        walk_boxes(a, a.root(leaf_pairs_[i].a), b, b.root(leaf_pairs_[i].b), near, taken, pairs);
+        walk_boxes(a, a.root(leaf_pairs_[i].a), b, b.root(leaf_pairs_[i].b), near, pairs);
     }
     counters_.boxes_refitted += opened() - opened_before;
-}
-
-std::span<const LeafPair> NbdWalk::near_leaves(PosedNbdTree& a, PosedNbdTree& b, float distance) {
-    find_leaves<TwoBodies>(a, b, distance);
-    return leaf_pairs_;
-}
-
-void NbdWalk::near_faces(PosedNbdTree& a, PosedNbdTree& b, float distance, std::vector<FacePair>& pairs) {
-    find_leaves<TwoBodies>(a, b, distance);
-    constexpr std::size_t all = std::numeric_limits<std::size_t>::max();
-    with_test(distance,
-              [&](const auto& near) { find_faces(a.leaves(), b.leaves(), near, TwoBodies{}, all, pairs); });
-}
-
-void NbdWalk::begin_one_body(PosedNbdTree& body, float distance) {
-    find_leaves<OneBody<LeafBoxes>>(body, body, distance);
-}
-
-bool NbdWalk::next_near_faces(PosedNbdTree& body, const LeftOut& left_out, std::size_t enough,
-                              std::vector<FacePair>& pairs) {
-    with_test(distance_, [&](const auto& near) {
-        find_faces(body.leaves(), body.leaves(), near, OneBody(body.leaves(), left_out), enough, pairs);
-    });
-    return next_leaves_ < leaf_pairs_.size();
 }
 
 }  // namespace nbd

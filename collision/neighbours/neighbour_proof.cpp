@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "collision/base/message.hpp"
-#include "collision/neighbours/leaf_normals.hpp"
 #include "collision/neighbours/local_map.hpp"
 
 namespace nbd {

@@ -8,7 +8,6 @@
 
 #include "collision/base/message.hpp"
 #include "collision/bounds/walk.hpp"
-#include "collision/kernels/lane_mask.hpp"
 #include "collision/wide_tree/wide_walk.hpp"
 
 namespace nbd {
@@ -17,7 +16,7 @@ namespace {
 /// Covers the rounding of distances in double precision, relative to the lengths they come from.
 constexpr double slack = 1e-14;
 
-/// Lower bound on the distance of two boxes or spheres, metres.
+/// Lower bound on the distance of two boxes, metres.
 double least_distance(const Box& s, const Box& t) noexcept {
     double squared = 0;
     for (int axis = 0; axis < 3; ++axis) {
@@ -26,15 +25,9 @@ double least_distance(const Box& s, const Box& t) noexcept {
     }
     return std::sqrt(squared) * (1 - slack);
 }
-double least_distance(const Sphere& s, const Sphere& t) noexcept {
-    const double between = (s.c.cast<double>() - t.c.cast<double>()).norm(), radii = double{s.r} + t.r;
-    return std::max(between - radii - slack * (between + radii), 0.);
-}
 
-/// Index of the box among boxes.box(0) to boxes.box(count - 1) that is nearest to t; the first of equally
-/// near ones.
-template <class Boxes>
-int nearest_box(const Boxes& boxes, int count, const Box& t) noexcept {
+/// Index of the box among the first `count` of a pack that is nearest to t; the first of equally near ones.
+int nearest_box(const BoxPack& boxes, int count, const Box& t) noexcept {
     int nearest = 0;
     double least = std::numeric_limits<double>::infinity();
     for (int k = 0; k < count; ++k) {
@@ -68,8 +61,7 @@ bool ClosestQuery::goes_on() const noexcept {
     return !queue_.empty() && queue_.front().distance <= most_ && !(closest_ && most_ == 0);
 }
 
-template <class Boxes>
-void ClosestQuery::measure(const Boxes& a, int slot_a, const Boxes& b, int slot_b) noexcept {
+void ClosestQuery::measure(const PosedWideTree& a, int slot_a, const PosedWideTree& b, int slot_b) noexcept {
     ++triangle_tests_;
     const FacePair faces{a.face(slot_a), b.face(slot_b)};
     const Triangle s = a.triangle(slot_a), t = b.triangle(slot_b);
@@ -78,81 +70,6 @@ void ClosestQuery::measure(const Boxes& a, int slot_a, const Boxes& b, int slot_
         most_ = distance;
         closest_ = faces;
         triangles_ = {s, t};
-    }
-}
-
-void ClosestQuery::push_nodes(PosedNbdTree& a, int i, PosedNbdTree& b, int j) {
-    push({least_distance(a.sphere(i), b.sphere(j)), Candidate::nodes, i, j});
-}
-
-void ClosestQuery::open_nodes(PosedNbdTree& a, int i, PosedNbdTree& b, int j) {
-    const SphereTree::Node &node_a = a.tree().nodes[i], &node_b = b.tree().nodes[j];
-    const bool first_is_larger = node_a.face_end - node_a.face_begin >= node_b.face_end - node_b.face_begin;
-    if (node_a.is_leaf() && node_b.is_leaf()) {
-        LeafBoxes &boxes_a = a.leaves(), &boxes_b = b.leaves();
-        const int root_a = boxes_a.root(i), root_b = boxes_b.root(j);
-        boxes_a.open(root_a);
-        boxes_b.open(root_b);
-        push(
-            {least_distance(boxes_a.whole(root_a), boxes_b.whole(root_b)), Candidate::boxes, root_a, root_b});
-    } else if (node_b.is_leaf() || (!node_a.is_leaf() && first_is_larger)) {
-        push_nodes(a, node_a.first_child, b, j);
-        push_nodes(a, node_a.first_child + 1, b, j);
-    } else {
-        push_nodes(a, i, b, node_b.first_child);
-        push_nodes(a, i, b, node_b.first_child + 1);
-    }
-}
-
-void ClosestQuery::open_boxes(LeafBoxes& a, int i, LeafBoxes& b, int j) {
-    const LeafBoxes::Node &node_a = a.node(i), &node_b = b.node(j);
-    if (node_a.has_faces() && node_b.has_faces()) {
-        open_faces(a, i, b, j);
-    } else if (node_b.has_faces() || (!node_a.has_faces() && node_a.count >= node_b.count)) {
-        const LeafBoxes::Opened& boxes = a.open(i);
-        const Box whole = b.whole(j);
-        for (int k = 0; k < node_a.count; ++k)
-            push({least_distance(boxes.box(k), whole), Candidate::boxes, node_a.first_child + k, j});
-    } else {
-        const LeafBoxes::Opened& boxes = b.open(j);
-        const Box whole = a.whole(i);
-        for (int k = 0; k < node_b.count; ++k)
-            push({least_distance(whole, boxes.box(k)), Candidate::boxes, i, node_b.first_child + k});
-    }
-}
-
-void ClosestQuery::open_faces(LeafBoxes& a, int i, LeafBoxes& b, int j) {
-    const LeafBoxes::Node &node_a = a.node(i), &node_b = b.node(j);
-    const LeafBoxes::Opened &boxes_a = a.open(i), &boxes_b = b.open(j);
-    // Measuring one near pair right away keeps most other pairs out of the queue.
-    const Box whole = b.whole(j);
-    const int k = nearest_box(boxes_a, boxes_a.count, whole),
-              l = nearest_box(boxes_b, boxes_b.count, boxes_a.box(k));
-    measure(a, node_a.first_slot + k, b, node_b.first_slot + l);
-    const Within near = within_at_most(most_);
-    const unsigned near_b = near_boxes(boxes_a, whole, near);
-    unsigned masks[LeafBoxes::max_boxes];
-    near_boxes(boxes_b, boxes_a, near_b, near, masks);
-    for_each_bit(near_b, [&](int m) {
-        const Box box = boxes_a.box(m);
-        for_each_bit(masks[m], [&](int n) {
-            if (m != k || n != l)
-                push({least_distance(box, boxes_b.box(n)), Candidate::faces, node_a.first_slot + m,
-                      node_b.first_slot + n});
-        });
-    });
-}
-
-void ClosestQuery::search(PosedNbdTree& a, PosedNbdTree& b) {
-    push_nodes(a, 0, b, 0);
-    while (goes_on()) {
-        const Candidate pair = pop();
-        if (pair.level == Candidate::nodes)
-            open_nodes(a, pair.a, b, pair.b);
-        else if (pair.level == Candidate::boxes)
-            open_boxes(a.leaves(), pair.a, b.leaves(), pair.b);
-        else
-            measure(a.leaves(), pair.a, b.leaves(), pair.b);
     }
 }
 
@@ -218,15 +135,10 @@ std::optional<ClosestFaces> ClosestQuery::closest(PosedTree& a, PosedTree& b, do
     most_ = most;
     closest_.reset();
     if (!a.has_pose() || !b.has_pose()) return std::nullopt;
-    const auto search_on = [this](auto& s, auto& t) {
-        search(s, t);
-        s.require_finite();
-        t.require_finite();
-    };
-    if (a.nbd_tree() && b.nbd_tree())
-        search_on(*a.nbd_tree(), *b.nbd_tree());
-    else
-        search_on(a.wide_tree(), b.wide_tree());
+    PosedWideTree &s = a.wide_tree(), &t = b.wide_tree();
+    search(s, t);
+    s.require_finite();
+    t.require_finite();
     if (!closest_) return std::nullopt;
     return ClosestFaces{*closest_, closest_triangle_triangle(triangles_[0], triangles_[1])};
 }

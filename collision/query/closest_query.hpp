@@ -16,9 +16,9 @@ struct ClosestFaces {
     ClosestPoints points;  // of the two triangles, see closest_triangle_triangle()
 };
 
-/// Distances between two posed trees by branch and bound, on the trees that a PairQuery walks. One queue
-/// holds pairs of nodes, of boxes under leaves and of faces, ordered by a lower bound on their distance. The
-/// search ends when no pair left can be closer than the closest faces found.
+/// Distances between two posed trees by branch and bound, on their trees of boxes: bodies with spheres have
+/// exact ones, see PosedTree::wide_tree(). One queue holds pairs of nodes and of faces, ordered by a lower
+/// bound on their distance. The search ends when no pair left can be closer than the closest faces found.
 ///
 /// Owns its scratch memory, which only grows: a query allocates nothing unless it holds more candidates at a
 /// time than any before it on this object, or than reserve() made room for. Errors are those of PairQuery.
@@ -27,8 +27,8 @@ class ClosestQuery {
  public:
     /// The closest faces if they are at most `most` apart (metres, >= 0, else std::invalid_argument), or
     /// empty. Returns the first of equally close pairs, and any intersecting pair of bodies that intersect.
-    /// Exact if the bounds of both trees never miss; learned bounds may hide the closest faces, and a pair
-    /// further apart is then reported.
+    /// Exact, except that `learned_affine` bounds may hide the closest faces; a pair further apart is then
+    /// reported.
     std::optional<ClosestFaces> closest(PosedTree& a, PosedTree& b,
                                         double most = std::numeric_limits<double>::infinity());
 
@@ -41,10 +41,10 @@ class ClosestQuery {
     long triangle_tests() const noexcept { return triangle_tests_; }
 
  private:
-    /// A pair of sphere tree nodes, LeafBoxes nodes or face slots, or of a wide tree's clusters, blocks,
-    /// leaves or face slots, with a lower bound on their distance, metres.
+    /// A pair of face slots, leaves, blocks or clusters, or a cluster and a body, with a lower bound on their
+    /// distance, metres.
     struct Candidate {
-        enum Level { faces, leaves, boxes, blocks, nodes, clusters, bodies };
+        enum Level { faces, leaves, blocks, clusters, bodies };
         double distance;
         Level level;
         int a, b;
@@ -54,21 +54,15 @@ class ClosestQuery {
     void push(const Candidate& candidate);
     Candidate pop() noexcept;
     bool goes_on() const noexcept;
-    void search(PosedNbdTree& a, PosedNbdTree& b);
     void search(PosedWideTree& a, PosedWideTree& b);
-    void push_nodes(PosedNbdTree& a, int node_a, PosedNbdTree& b, int node_b);
     /// Replace a pair by the pairs of its parts.
-    void open_nodes(PosedNbdTree& a, int node_a, PosedNbdTree& b, int node_b);
-    void open_boxes(LeafBoxes& a, int node_a, LeafBoxes& b, int node_b);
-    void open_faces(LeafBoxes& a, int node_a, LeafBoxes& b, int node_b);
     template <class Level>
     void open_children(Candidate::Level children, PosedWideTree& a, int node_a, PosedWideTree& b, int node_b);
     void open_leaves(PosedWideTree& a, int leaf_a, PosedWideTree& b, int leaf_b);
     void push_children(Candidate::Level level, const BoxPack& s, unsigned in_s, int first_a, const BoxPack& t,
                        unsigned in_t, int first_b, const Box& whole_t);
-    /// Measures the faces in two slots. Boxes: LeafBoxes or PosedWideTree.
-    template <class Boxes>
-    void measure(const Boxes& a, int slot_a, const Boxes& b, int slot_b) noexcept;
+    /// Measures the faces in two slots.
+    void measure(const PosedWideTree& a, int slot_a, const PosedWideTree& b, int slot_b) noexcept;
 
     std::vector<Candidate> queue_;
     double most_ = 0;                    // pairs further apart are ignored

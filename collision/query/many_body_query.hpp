@@ -33,8 +33,8 @@ class ManyBodyQuery {
     explicit ManyBodyQuery(Executor executor = run_in_order) : executor_(std::move(executor)) {}
 
     /// Like the functions of PairQuery, for all pairs of bodies a < b, in ascending order. bodies: no tree
-    /// twice, and with a multi-threaded executor no two trees that share EmbeddedPositions. Throws what the
-    /// executor throws, and the errors of PairQuery, of several the one of the first body or pair.
+    /// twice. Throws what the executor throws, and the errors of PairQuery, of several the one of the first
+    /// body or pair.
     std::span<const TouchingBodies> intersecting(std::span<PosedTree* const> bodies);
     std::span<const TouchingBodies> within(std::span<PosedTree* const> bodies, float distance);
     std::span<const TouchingBodies> boxes_within(std::span<PosedTree* const> bodies, float distance);

@@ -8,8 +8,7 @@
 
 #include "collision/geometry/closest_points.hpp"
 #include "collision/geometry/triangle_triangle.hpp"
-#include "collision/kernels/lane_mask.hpp"
-#include "collision/kernels/triangle_pack.hpp"
+#include "collision/kernels/box_pack.hpp"
 
 namespace nbd {
 namespace {
@@ -44,10 +43,11 @@ void filter(std::vector<FacePair>& pairs, const Posed& a, const Posed& b, const 
 template <class Posed>
 void keep(std::vector<FacePair>& pairs, const Posed& a, const Posed& b) noexcept {
     using Some = std::span<const FacePair>;
-    filter(pairs, a, b,
-           [](Some, const TrianglePack& s, const TrianglePack& t) { return ~separated_by_plane(s, t); });
+    filter(pairs, a, b, [](Some, const TrianglePack& s, const TrianglePack& t) {
+        return ~kernels().separated_by_plane(s, t);
+    });
     filter(pairs, a, b, [&](Some some, const TrianglePack& s, const TrianglePack& t) {
-        auto [meeting, apart] = edges_meet_faces(s, t);
+        auto [meeting, apart] = kernels().edges_meet_faces(s, t);
         for (std::size_t k = 0; k < some.size(); ++k)
             if (((meeting | apart) >> k & 1) == 0 &&
                 triangles_intersect(a.triangle(some[k].a), b.triangle(some[k].b)))

@@ -100,21 +100,4 @@ std::span<const LeafPair> PairQuery::box_leaves_within(PosedTree& a, PosedTree& 
     return leaf_pairs_;
 }
 
-std::span<const LeafPair> PairQuery::leaf_pairs(PosedTree& a, PosedTree& b, float distance) {
-    require_distance(distance);
-    for (PosedTree* body : {&a, &b})
-        if (!body->nbd_tree())
-            throw std::invalid_argument(message("leaves of NBD-Trees of a body with ", name(body->kind()),
-                                                " bounds; allowed: exact, bd, nbd, in a pose"));
-    counters_ = {};
-    leaf_pairs_.clear();
-    if (!a.has_pose() || !b.has_pose()) return leaf_pairs_;
-    count(*a.nbd_tree(), *b.nbd_tree(), nbd_walk_, [&](PosedNbdTree& s, PosedNbdTree& t) {
-        const std::span<const LeafPair> found = nbd_walk_.near_leaves(s, t, distance);
-        leaf_pairs_.assign(found.begin(), found.end());
-    });
-    std::ranges::sort(leaf_pairs_);
-    return leaf_pairs_;
-}
-
 }  // namespace nbd

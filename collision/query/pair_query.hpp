@@ -47,10 +47,6 @@ class PairQuery {
     std::span<const LeafPair> box_leaves_within(PosedTree& a, PosedTree& b, float distance,
                                                 const BlockReach& reach);
 
-    /// The broad phase of two NBD-Trees alone: their leaves, as numbers of nodes, whose spheres come within
-    /// `distance`, sorted. Throws std::invalid_argument if a body has none, or is in a step.
-    std::span<const LeafPair> leaf_pairs(PosedTree& a, PosedTree& b, float distance = 0);
-
     /// Counters of the last query.
     const QueryCounters& counters() const noexcept { return counters_; }
 

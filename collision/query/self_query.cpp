@@ -22,8 +22,7 @@ void SelfQuery::use(const NeighbourProof* proof) {
 }
 
 void SelfQuery::reserve(const PosedTree& body, std::size_t pairs) {
-    wide_walk_.reserve(body.wide_room().packs, pairs);
-    nbd_walk_.reserve(pairs);
+    walk_.reserve(body.wide_room().packs, pairs);
     for (auto* held : {&batch_, &pairs_}) held->reserve(pairs);
 }
 
@@ -32,34 +31,17 @@ bool SelfQuery::applies(const NeighbourProof& proof, const PosedWideTree& tree, 
     return &proof.tree() == &tree.tree() && !tree.in_step() && (reach || distance <= proof.proved_distance());
 }
 
-template <class Tree, class Narrow>
-void SelfQuery::finish_batch(const Tree& tree, const Narrow& narrow) {
+template <class Narrow>
+void SelfQuery::finish_batch(const PosedWideTree& tree, const Narrow& narrow) {
     const auto held = static_cast<long>(batch_.size());
     counters_.triangle_tests += held;
     counters_.most_pairs = std::max(counters_.most_pairs, held);
     // In the order of faces, on which the rounding of a distance depends.
     for (FacePair& slots : batch_)
         if (tree.face(slots.a) > tree.face(slots.b)) std::swap(slots.a, slots.b);
-    narrow(batch_, tree.faces());
+    narrow(batch_, tree);
     for (const FacePair& slots : batch_) pairs_.push_back({tree.face(slots.a), tree.face(slots.b)});
     batch_.clear();
-}
-
-template <class Tree, class By, class Narrow>
-void SelfQuery::find_on_tree(Tree& tree, By& by, float distance, const LeftOut& left_out,
-                             const Narrow& narrow) {
-    const int bounded_before = tree.bounded(), out_of_range_before = tree.out_of_range();
-    by.begin_one_body(tree, distance);
-    for (bool more = true; more;) {
-        more = by.next_near_faces(tree, left_out, batch_size, batch_);
-        finish_batch(tree, narrow);
-    }
-    const QueryCounters of_batches = std::exchange(counters_, by.counters());
-    counters_.triangle_tests = of_batches.triangle_tests;
-    counters_.most_pairs = std::max(counters_.most_pairs, of_batches.most_pairs);
-    counters_.nodes_bounded = tree.bounded() - bounded_before;
-    counters_.nodes_out_of_range = tree.out_of_range() - out_of_range_before;
-    tree.require_finite();
 }
 
 template <class Narrow>
@@ -74,18 +56,23 @@ std::span<const FacePair> SelfQuery::find_face_pairs(PosedTree& body, float dist
     batch_.clear();
     pairs_.clear();
     if (!body.has_pose()) return pairs_;
-    if (PosedNbdTree* spheres = body.nbd_tree()) {
-        find_on_tree(*spheres, nbd_walk_, distance, {.pairs = left_out_.get()}, narrow);
-    } else {
-        PosedWideTree& boxes = body.wide_tree();
-        const ProvedApart proved = [this](int leaf, int other) { return proof_->apart(leaf, other); };
-        const bool has_proof = proof_ && applies(*proof_, boxes, distance, reach);
-        find_on_tree(boxes, wide_walk_, distance,
-                     {.pairs = left_out_.get(), .proved = has_proof ? &proved : nullptr, .reach = reach},
-                     narrow);
+    PosedWideTree& tree = body.wide_tree();
+    const ProvedApart proved = [this](int leaf, int other) { return proof_->apart(leaf, other); };
+    const bool has_proof = proof_ && applies(*proof_, tree, distance, reach);
+    const LeftOut left_out{.pairs = left_out_.get(), .proved = has_proof ? &proved : nullptr, .reach = reach};
+    const int bounded_before = tree.bounded(), out_of_range_before = tree.out_of_range();
+    walk_.begin_one_body(tree, distance);
+    for (bool more = true; more;) {
+        more = walk_.next_near_faces(tree, left_out, batch_size, batch_);
+        finish_batch(tree, narrow);
     }
+    const QueryCounters of_batches = std::exchange(counters_, walk_.counters());
+    counters_.triangle_tests = of_batches.triangle_tests;
+    counters_.nodes_bounded = tree.bounded() - bounded_before;
+    counters_.nodes_out_of_range = tree.out_of_range() - out_of_range_before;
     counters_.face_pairs = pairs_.size();
-    counters_.most_pairs = std::max(counters_.most_pairs, counters_.face_pairs);
+    counters_.most_pairs = std::max({counters_.most_pairs, of_batches.most_pairs, counters_.face_pairs});
+    tree.require_finite();
     return pairs_;
 }
 
@@ -111,13 +98,6 @@ std::span<const FacePair> SelfQuery::within(PosedTree& body, float distance) {
 std::span<const FacePair> SelfQuery::boxes_within(PosedTree& body, float distance, const LeafReach* reach) {
     return find_face_pairs(
         body, distance, [](std::vector<FacePair>&, const auto&) {}, reach);
-}
-
-std::shared_ptr<const FacePairSet> near_at_rest(VerticesRef X, FacesRef F, float distance) {
-    require_distance(distance);
-    PosedTree body(shared_exact_tree(X, F), BoundKind::boxes);
-    body.begin_pose(VertexView::as_long_as(X));
-    return std::make_shared<const FacePairSet>(SelfQuery().within(body, distance), F.rows());
 }
 
 }  // namespace nbd

@@ -6,13 +6,15 @@
 
 #include "collision/geometry/face_pair_set.hpp"
 #include "collision/neighbours/neighbour_proof.hpp"
+#include "collision/query/near_at_rest.hpp"
 #include "collision/query/pair_query.hpp"
 
 namespace nbd {
 
 /// Queries of a posed tree with itself, for self-contact. Pairs of faces that share a vertex always touch;
 /// they are left out during the walk, and so are further pairs that were given. The walk visits every pair of
-/// nodes once. Faces that it finds are tested in batches, so that near faces never fill the memory.
+/// nodes once. Faces that it finds are tested in batches, so that near faces never fill the memory. Bodies
+/// with spheres are walked by exact boxes, see PosedTree::wide_tree().
 ///
 /// Owns its scratch memory, which only grows; memory and errors are as in PairQuery. Use one object per
 /// thread. Results stay valid until the next call on the same object.
@@ -28,24 +30,23 @@ class SelfQuery {
 
     /// Proofs of faces that are apart in the pose of the next queries, which need not look at them: of the
     /// positions that the body has. Must outlive these queries; null: none. Queries of a body with another
-    /// box tree, in a step, down spheres, or for a distance farther than was proved ignore them; one with a
-    /// reach of its own must ask for no more than was proved.
-    /// Throws std::invalid_argument unless the proof takes the same pairs for left out as this object.
+    /// box tree, in a step, or for a distance farther than was proved ignore them; one with a reach of its
+    /// own must ask for no more than was proved. Throws std::invalid_argument unless the proof takes the same
+    /// pairs for left out as this object.
     void use(const NeighbourProof* proof);
 
     /// Pairs (a, b), a < b, of faces that have a point in common but no vertex, sorted, without repeats. This
-    /// is the exact set for `exact`, `boxes` and `affine` bounds. Learned bounds give a subset.
+    /// is the exact set, except that `learned_affine` bounds give a subset.
     std::span<const FacePair> intersecting(PosedTree& body);
 
     /// Likewise pairs at most `distance` apart (metres, finite, >= 0). Faces around one vertex are often
     /// nearer to each other than that: leave out near_at_rest() faces unless they matter.
     std::span<const FacePair> within(PosedTree& body, float distance);
 
-    /// Pairs whose boxes come within `distance`: all pairs of within() and some more, in no order. For
-    /// `boxes` and `affine` bounds these are all pairs of such boxes; spheres may tell faces apart whose
-    /// boxes are near. In a step, those of its boxes over the whole step: see PosedTree::begin_step(). reach:
-    /// faces of two leaves of the body's box tree need not be found farther apart than this; ignored by walks
-    /// down spheres; null: the distance everywhere.
+    /// Pairs whose boxes come within `distance`: all pairs of within() and some more, in no order. These are
+    /// all pairs of such boxes, except for `learned_affine` bounds. In a step, those of its boxes over the
+    /// whole step: see PosedTree::begin_step(). reach: faces of two leaves of the body's box tree need not be
+    /// found farther apart than this; null: the distance everywhere.
     std::span<const FacePair> boxes_within(PosedTree& body, float distance, const LeafReach* reach = nullptr);
 
     /// Counters of the last query.
@@ -56,26 +57,17 @@ class SelfQuery {
     template <class Narrow>
     std::span<const FacePair> find_face_pairs(PosedTree& body, float distance, const Narrow& narrow,
                                               const LeafReach* reach = nullptr);
-    template <class Tree, class By, class Narrow>
-    void find_on_tree(Tree& tree, By& by, float distance, const LeftOut& left_out, const Narrow& narrow);
     bool applies(const NeighbourProof& proof, const PosedWideTree& tree, float distance,
                  const LeafReach* reach) const noexcept;
     /// Narrows the pairs of slots in `batch_` and moves them to `pairs_`, as faces.
-    template <class Tree, class Narrow>
-    void finish_batch(const Tree& tree, const Narrow& narrow);
+    template <class Narrow>
+    void finish_batch(const PosedWideTree& tree, const Narrow& narrow);
 
     std::shared_ptr<const FacePairSet> left_out_;
     const NeighbourProof* proof_ = nullptr;
     QueryCounters counters_;
-    NbdWalk nbd_walk_;
-    WideWalk wide_walk_;
+    WideWalk walk_;
     std::vector<FacePair> batch_, pairs_;
 };
-
-/// The pairs of faces that are at most `distance` apart in the rest pose and share no vertex. A SelfQuery
-/// that leaves them out reports only faces that came near each other since. X: rest positions [n, 3]; F:
-/// faces [m, 3]; distance: metres, finite, >= 0. Throws std::invalid_argument as intersecting_faces(), and on
-/// a distance out of range.
-std::shared_ptr<const FacePairSet> near_at_rest(VerticesRef X, FacesRef F, float distance);
 
 }  // namespace nbd

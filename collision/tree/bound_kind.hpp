@@ -16,7 +16,7 @@ enum class BoundKind {
     nbd,             // spheres of the paper's NBD-Tree: a network per node
     learned_affine,  // boxes from an affine map fitted to a few sampled vertices, grown by a learned share
     affine,          // boxes from the nodes that carry the surface
-    automatic        // of `affine`, `boxes` and `learned_affine` what is fastest, see bounds_of_auto()
+    automatic        // of `affine`, `boxes` and `learned_affine` what is fastest, see auto_bounds.hpp
 };
 
 /// What is true of the bounds of a kind.

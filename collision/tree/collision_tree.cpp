@@ -72,19 +72,6 @@ bool is_usable(const CollisionTree& tree, BoundKind kind, std::optional<float> m
     return has_bounds(tree, kind) && (!can_miss(kind) || margin || tree.calibrations.contains(kind));
 }
 
-BoundKind bounds_of_auto(const CollisionTree& tree, bool by_nodes, std::optional<float> margin) noexcept {
-    constexpr Eigen::Index many_faces = 100'000;
-    if (by_nodes && tree.affine) return BoundKind::affine;
-    const bool is_large = tree.faces.rows() >= many_faces;
-    return is_large && is_usable(tree, BoundKind::learned_affine, margin) ? BoundKind::learned_affine
-                                                                          : BoundKind::boxes;
-}
-
-BoundKind exact_for_auto(const CollisionTree& tree, BoundKind kind) noexcept {
-    if (kind != BoundKind::automatic) return kind;
-    return tree.affine ? BoundKind::affine : BoundKind::boxes;
-}
-
 std::size_t bound_count(const CollisionTree& tree, BoundKind kind) noexcept {
     if (kind == BoundKind::learned_affine && tree.learned_affine) return tree.learned_affine->bounds();
     return tree.spheres.nodes.size();

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "collision/base/message.hpp"
-#include "collision/geometry/embedded_positions.hpp"
+#include "collision/tree/auto_bounds.hpp"
 
 namespace nbd {
 namespace {
@@ -80,30 +80,14 @@ void PosedTree::begin(const Start& start) {
 void PosedTree::begin_pose(VertexView x) {
     begin([&] {
         check_rows("positions", x);
-        set_pose(Positions(x));
+        if (of_nodes_) of_nodes_->forget_pose();
+        if (spheres_) {
+            if (of_surface_) of_surface_->forget_pose();
+            spheres_->begin_pose(x);
+        } else {
+            surface_boxes().begin_pose(x);
+        }
     });
-}
-
-void PosedTree::begin_pose(EmbeddedPositions& x) {
-    begin([&] {
-        if (x.vertex_count() != tree_->vertex_count)
-            throw std::invalid_argument(message("embedded positions: of ", x.vertex_count(),
-                                                " vertices, but the surface has ", tree_->vertex_count));
-        if (takes_nodes()) return begin_pose_of_nodes(x.nodes());
-        require_finite_rows("node", x.nodes());
-        set_pose(Positions(x));
-    });
-}
-
-void PosedTree::set_pose(const Positions& x) {
-    if (of_nodes_) of_nodes_->forget_pose();
-    if (spheres_) {
-        if (of_surface_) of_surface_->forget_pose();
-        spheres_->begin_pose(x);
-    } else {
-        x.require_all();
-        surface_boxes().begin_pose(x.view());
-    }
 }
 
 void PosedTree::begin_pose_of_nodes(VertexView nodes) {
@@ -156,6 +140,7 @@ void PosedTree::check_nodes(const char* what, const VertexView& x) const {
 }
 
 void PosedTree::reserve() {
+    if (spheres_) surface_boxes();
     for (auto* wide : {&of_nodes_, &of_surface_})
         if (*wide) (*wide)->reserve();
 }
@@ -170,17 +155,14 @@ PosedNbdTree* PosedTree::nbd_tree() noexcept {
 }
 
 PosedWideTree& PosedTree::wide_tree() {
-    if (spheres_ && !surface_boxes().has_pose() && spheres_->has_pose()) {
-        const Positions& x = spheres_->positions();
-        x.require_all();
-        of_surface_->begin_pose(x.view());
-    }
+    if (spheres_ && !surface_boxes().has_pose() && spheres_->has_pose())
+        of_surface_->begin_pose(spheres_->positions());
     return is_moved_by_positions() ? *of_surface_ : *of_nodes_;
 }
 
 void PosedTree::begin_spheres_of_step() noexcept {
     if (of_surface_ && of_surface_->in_step() && !spheres_->has_pose())
-        spheres_->begin_pose(Positions(of_surface_->nodes()));
+        spheres_->begin_pose(of_surface_->nodes());
 }
 
 const Sphere& PosedTree::sphere(int node) {
@@ -190,12 +172,6 @@ const Sphere& PosedTree::sphere(int node) {
                     " bounds, which are boxes of a wide tree; allowed: exact, bd, nbd"));
     begin_spheres_of_step();
     return spheres_->sphere(node);
-}
-
-std::optional<float> PosedTree::ood_score(int node) {
-    if (!spheres_) return std::nullopt;
-    begin_spheres_of_step();
-    return spheres_->has_pose() ? spheres_->ood_score(node) : std::nullopt;
 }
 
 Box PosedTree::whole() {

@@ -11,10 +11,11 @@ namespace nbd {
 
 /// A body's collision tree in its current pose: an NBD-Tree for `exact`, `bd` and `nbd` bounds, a wide tree
 /// for all others. What a query looks at is computed on first use in a pose and cached. Beside a body of the
-/// other form, and in a step, a body with an NBD-Tree has exact boxes of a wide tree. Before its first pose a
-/// body touches nothing. Reading writes these caches, so only one thread at a time may use a tree.
+/// other form, with itself, for closest points and in a step, a body with an NBD-Tree has exact boxes of a
+/// wide tree. Before its first pose a body touches nothing. Reading writes these caches, so only one thread
+/// at a time may use a tree.
 ///
-/// `auto` bounds are those of bounds_of_auto().
+/// `auto` bounds are those of bounds_of_auto() (auto_bounds.hpp).
 class PosedTree {
  public:
     /// `tree` is shared, not copied. margin: finite, >= 0. It multiplies the radius of every sphere by
@@ -41,11 +42,6 @@ class PosedTree {
     /// another.
     void begin_pose(VertexView x);
 
-    /// Starts a pose with positions that are computed on demand: few of them for `bd` and `nbd`, all for the
-    /// other kinds. x: its begin_pose() was called; must stay valid until the next call. A body that
-    /// takes_nodes() takes the nodes alone, by which the tree hangs as it was made: x must be of the same W.
-    void begin_pose(EmbeddedPositions& x);
-
     /// Starts a pose of a body that takes_nodes(), and only of such a one. nodes: [node_count, 3], world
     /// space, metres, finite; valid until the next call, likewise.
     void begin_pose_of_nodes(VertexView nodes);
@@ -60,10 +56,9 @@ class PosedTree {
     /// Likewise from the nodes at both ends, for a body that takes_nodes().
     void begin_step_of_nodes(VertexView start, VertexView end);
 
-    /// Makes room for poses in which queries with bodies of its form read all of this body. Such poses and
-    /// queries then allocate nothing in it; else they do where they read more than any before, as does the
-    /// first query with a body of the other form. About 1.3 kB for each of the tree's leaves, which hold up
-    /// to 16 faces; nothing for an NBD-Tree.
+    /// Makes room for poses in which queries read all of this body. Such poses and queries then allocate
+    /// nothing in it; else they do where they read more than any before. About 1.3 kB for each leaf of its
+    /// trees of boxes, which hold up to 16 faces.
     void reserve();
 
     /// Whether the nodes that carry the surface are all that the body reads, where poses give them: for
@@ -74,10 +69,6 @@ class PosedTree {
     /// World-space sphere of a node in this pose; its rest sphere before the first one. Not finite where the
     /// node's positions are not. Throws std::invalid_argument if the body has no NBD-Tree.
     const Sphere& sphere(int node);
-
-    /// Out-of-distribution score of a node's input in this pose, see GatedBound; empty for bounds without
-    /// one, and where there is no pose.
-    std::optional<float> ood_score(int node);
 
     /// Box around the whole body in this pose, as its bounds have it: that of the root, or around its sphere;
     /// empty_box() before the first pose.
@@ -115,7 +106,6 @@ class PosedTree {
     /// pose, and the error goes on.
     template <class Start>
     void begin(const Start& start);
-    void set_pose(const Positions& x);
     void forget_pose() noexcept;
     void check_rows(const char* what, const VertexView& x) const;
     void check_nodes(const char* what, const VertexView& x) const;

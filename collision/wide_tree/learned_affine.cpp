@@ -6,8 +6,8 @@
 #include <span>
 #include <utility>
 
+#include "collision/base/message.hpp"
 #include "collision/base/prefetch.hpp"
-#include "collision/base/requirement.hpp"
 #include "collision/kernels/box_pack.hpp"
 
 namespace nbd {

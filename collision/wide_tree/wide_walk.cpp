@@ -1,10 +1,9 @@
 #include "collision/wide_tree/wide_walk.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <limits>
-
-#include "collision/kernels/lane_mask.hpp"
 
 namespace nbd {
 namespace {
@@ -27,8 +26,8 @@ Side side(PosedWideTree& body, int node) {
 
 /// Calls f(i, j) for each box i of s and j of t that are near each other. Returns the number of boxes
 /// compared, at most.
-template <class Near, class F>
-long near_pairs(const Side& s, const Side& t, const Near& near, const F& f) {
+template <class F>
+long near_pairs(const Side& s, const Side& t, const Within& near, const F& f) {
     std::uint16_t masks[tree_width];
     const unsigned lanes = near.pairs(s.boxes, s.present, s.whole, t.boxes, t.present, t.whole, masks);
     if (s.oriented && t.oriented) near.clear_parted(*s.oriented, *t.oriented, lanes, masks);
@@ -56,7 +55,7 @@ long open_pairs(PosedWideTree& a, PosedWideTree& b, const std::vector<NodePair>&
         prefetch_ahead(
             pairs, k, [&](int i) { Level::prefetch(a, i); }, [&](int i) { Level::prefetch(b, i); });
         const NodePair& pair = pairs[k];
-        const auto& near = child_test(pair.a, pair.b);
+        const Within near = child_test(pair.a, pair.b);
         // Boxes change, and mostly shrink, when their children are fitted.
         const auto are_near = [&] { return near.boxes(Level::box(a, pair.a), Level::box(b, pair.b)); };
         if (!are_near()) continue;
@@ -71,10 +70,42 @@ long open_pairs(PosedWideTree& a, PosedWideTree& b, const std::vector<NodePair>&
     return compared;
 }
 
+/// Which pairs a walk over two bodies takes: all.
+struct TwoBodies {
+    static bool children(int, int, int, int) noexcept { return true; }
+    static bool faces(int, int) noexcept { return true; }
+    static unsigned proved_apart(int, int) noexcept { return 0; }
+};
+
+/// Which pairs a walk over one body with itself takes: every pair of parts once, and no faces that share a
+/// vertex or are among those left out.
+class OneBody {
+ public:
+    OneBody(const PosedWideTree& body, const LeftOut& left_out) noexcept : body_(body), left_out_(left_out) {}
+
+    /// Whether to take children i and j of nodes a and b.
+    static bool children(int a, int b, int i, int j) noexcept { return a != b || i <= j; }
+    /// Whether to take the faces in two slots. A face shares vertices with itself.
+    bool faces(int slot_a, int slot_b) const noexcept {
+        const std::array<int, 3> s = body_.face_vertices(slot_a), t = body_.face_vertices(slot_b);
+        for (const int v : s)
+            if (v == t[0] || v == t[1] || v == t[2]) return false;
+        return !(left_out_.pairs && left_out_.pairs->contains(body_.face(slot_a), body_.face(slot_b)));
+    }
+    /// Bits of faces of leaf b that are proved apart from all of leaf a.
+    unsigned proved_apart(int leaf_a, int leaf_b) const noexcept {
+        return left_out_.proved ? (*left_out_.proved)(leaf_a, leaf_b) : 0;
+    }
+
+ private:
+    const PosedWideTree& body_;
+    LeftOut left_out_;
+};
+
 }  // namespace
 
-template <class Near, class Taken>
-void WideWalk::find_clusters(PosedWideTree& a, PosedWideTree& b, const Near& near, const Taken& taken) {
+template <class Taken>
+void WideWalk::find_clusters(PosedWideTree& a, PosedWideTree& b, const Within& near, const Taken& taken) {
     const auto present = [](const PosedWideTree& boxes, int pack) {
         const int left = boxes.tree().clusters() - pack * tree_width;
         return left >= tree_width ? 0xffffu : (1u << left) - 1;
@@ -95,8 +126,8 @@ void WideWalk::find_clusters(PosedWideTree& a, PosedWideTree& b, const Near& nea
         });
 }
 
-template <class Near, class Taken, class LeafTest>
-void WideWalk::find_leaves(PosedWideTree& a, PosedWideTree& b, const Near& near, const Taken& taken,
+template <class Taken, class LeafTest>
+void WideWalk::find_leaves(PosedWideTree& a, PosedWideTree& b, const Within& near, const Taken& taken,
                            const LeafTest& leaf_test) {
     find_clusters(a, b, near, taken);
     counters_.node_tests += open_pairs<ClusterLevel>(
@@ -145,17 +176,16 @@ bool WideWalk::begin(const PosedWideTree& a, const PosedWideTree& b, float dista
 template <class Taken>
 void WideWalk::begin_leaves(PosedWideTree& a, PosedWideTree& b, float distance, const Taken& taken) {
     if (!begin(a, b, distance)) return;
-    with_test(distance,
-              [&](const auto& near) { find_leaves(a, b, near, taken, [&](int, int) { return near; }); });
+    const Within near(distance);
+    find_leaves(a, b, near, taken, [&](int, int) { return near; });
 }
 
 void WideWalk::near_faces(PosedWideTree& a, PosedWideTree& b, float distance, std::vector<FacePair>& pairs) {
     begin_leaves(a, b, distance, TwoBodies{});
     constexpr std::size_t all = std::numeric_limits<std::size_t>::max();
-    with_test(distance, [&](const auto& near) {
-        find_faces(
-            a, b, TwoBodies{}, [&](int, int) { return near; }, all, pairs);
-    });
+    const Within near(distance);
+    find_faces(
+        a, b, TwoBodies{}, [&](int, int) { return near; }, all, pairs);
 }
 
 std::span<const LeafPair> WideWalk::near_leaves(PosedWideTree& a, PosedWideTree& b, float distance,
@@ -178,14 +208,11 @@ void WideWalk::begin_one_body(PosedWideTree& body, float distance) {
 bool WideWalk::next_near_faces(PosedWideTree& body, const LeftOut& left_out, std::size_t enough,
                                std::vector<FacePair>& pairs) {
     const OneBody taken(body, left_out);
-    if (left_out.reach)
-        find_faces(
-            body, body, taken, [&](int a, int b) { return Within((*left_out.reach)(a, b)); }, enough, pairs);
-    else
-        with_test(distance_, [&](const auto& near) {
-            find_faces(
-                body, body, taken, [&](int, int) { return near; }, enough, pairs);
-        });
+    const Within near(distance_);
+    const auto face_test = [&](int a, int b) {
+        return left_out.reach ? Within((*left_out.reach)(a, b)) : near;
+    };
+    find_faces(body, body, taken, face_test, enough, pairs);
     return next_leaves_ < leaves_.size();
 }
 

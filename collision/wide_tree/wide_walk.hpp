@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "collision/bounds/walk.hpp"
+#include "collision/geometry/face_pair_set.hpp"
 #include "collision/wide_tree/posed_wide_tree.hpp"
 
 namespace nbd {
@@ -30,6 +31,19 @@ struct BlockLevel {
 /// How near leaves of a block of a and of one of b must come to count as near, metres, >= 0 and at most the
 /// distance of the walk. Must not throw.
 using BlockReach = std::function<float(int block_a, int block_b)>;
+
+/// Bits of the faces of leaf `other` that are proved apart from every face of `leaf`. Must not throw.
+using ProvedApart = std::function<unsigned(int leaf, int other)>;
+
+/// How near faces of two leaves must come to count as near, likewise.
+using LeafReach = std::function<float(int leaf_a, int leaf_b)>;
+
+/// What a walk over one body with itself leaves out, besides faces that share a vertex. Null: nothing.
+struct LeftOut {
+    const FacePairSet* pairs = nullptr;
+    const ProvedApart* proved = nullptr;
+    const LeafReach* reach = nullptr;  // null: the walk's distance everywhere
+};
 
 /// Finds the faces of two bodies with wide trees, or of one body with itself, whose boxes are near each
 /// other. Goes level by level, so that the data of later nodes can be prefetched. Owns its scratch memory.
@@ -60,11 +74,11 @@ class WideWalk {
     void reserve(int packs, std::size_t pairs);
 
  private:
-    template <class Near, class Taken>
-    void find_clusters(PosedWideTree& a, PosedWideTree& b, const Near& near, const Taken& taken);
+    template <class Taken>
+    void find_clusters(PosedWideTree& a, PosedWideTree& b, const Within& near, const Taken& taken);
     /// leaf_test(block_a, block_b): the test for leaves of these blocks.
-    template <class Near, class Taken, class LeafTest>
-    void find_leaves(PosedWideTree& a, PosedWideTree& b, const Near& near, const Taken& taken,
+    template <class Taken, class LeafTest>
+    void find_leaves(PosedWideTree& a, PosedWideTree& b, const Within& near, const Taken& taken,
                      const LeafTest& leaf_test);
     /// face_test(leaf_a, leaf_b): the test for faces of these leaves.
     template <class Taken, class FaceTest>

@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "collision/tree/auto_bounds.hpp"
+
 namespace nbd {
 namespace {
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <iterator>
 
 namespace nbd::shapes {
 
@@ -114,6 +115,19 @@ CollisionTree full_tree(const Surface& s, const Modes& modes, const SphereTreeCo
     for (const BoundKind kind : bound_kinds)
         if (can_miss(kind) && has_bounds(tree, kind)) tree.calibrations[kind] = no_margins(tree, kind);
     return tree;
+}
+
+std::shared_ptr<const CollisionTree> shared_full_tree(const Surface& s, int mode_count, int representatives,
+                                                      unsigned seed, const SphereTreeConfig& config) {
+    return std::make_shared<const CollisionTree>(
+        full_tree(s, make_modes(s, mode_count, representatives, seed), config));
+}
+
+std::vector<BoundKind> kinds_of(const CollisionTree& tree) {
+    std::vector<BoundKind> kinds;
+    std::ranges::copy_if(bound_kinds, std::back_inserter(kinds),
+                         [&](BoundKind kind) { return has_bounds(tree, kind); });
+    return kinds;
 }
 
 Calibration no_margins(const CollisionTree& tree, BoundKind kind) {

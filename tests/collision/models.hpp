@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "collision/tree/collision_tree.hpp"
 #include "tests/support/shapes.hpp"
@@ -32,6 +33,13 @@ std::shared_ptr<const LearnedAffineModel> sampled_affine_model(const CollisionTr
 
 /// A tree of a surface with every kind of bounds except affine.
 CollisionTree full_tree(const Surface& s, const Modes& modes, const SphereTreeConfig& config = {});
+
+/// Likewise, shared, with modes of make_modes().
+std::shared_ptr<const CollisionTree> shared_full_tree(const Surface& s, int mode_count, int representatives,
+                                                      unsigned seed, const SphereTreeConfig& config = {});
+
+/// The kinds of bounds that a tree has.
+std::vector<BoundKind> kinds_of(const CollisionTree& tree);
 
 /// A calibration with margins of 0, for tests that ask for bounds as they are.
 Calibration no_margins(const CollisionTree& tree, BoundKind kind);

@@ -268,7 +268,7 @@ class Load:
                      "view long.h5:3:5 --body body.h5 -o pose.html", "view long.h5:3 --body body.h5 -o trajectory.html",
                      "view tree.h5@long.h5:3 -o tree.html",
                      "train body.h5 long.h5 -o long_tree.h5 --depth 3 --epochs 2 --memory 100",
-                     "coverage long_tree.h5 long.h5 --contacts 0 --splits 2 --memory 50"]:
+                     "coverage long_tree.h5 long.h5 --contacts 0"]:
             self.add_row(f"recording: {line}", size, self.nbdtree(*line.split()), 500)
 
 

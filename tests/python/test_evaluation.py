@@ -62,15 +62,6 @@ def test_bounds_that_never_miss_miss_nothing_in_contact(tree_file, poses):
     assert rows[0].face_pairs > 0 and len({row.face_pairs for row in rows}) == 1
 
 
-def test_random_splits_count_what_is_kept(beam, poses):
-    file = nbd.train(beam, poses, ["learned_affine"], depth=4, calibration=0.5, miss_rate=0.05, confidence=0.5)
-    rows = nbd.check_random_splits(file, poses, "learned_affine", splits=8)
-    assert [row.depth for row in rows] == [0, 1, 2]
-    for row in rows:
-        assert row.splits == 8 and row.calibration + row.test >= 6
-        assert 0 <= row.nodes_missing <= row.highest <= 1 and 0 <= row.keeping <= 1 and row.stated >= 0.5
-
-
 def test_transferred_trees_are_the_bits_of_the_command(command, poses, beam, fine, fine_file, tmp_path):
     moving = beam.with_modes(nbd.vibration_modes(beam, 8))
     trained = nbd.train(moving, poses, ["nbd"], depth=3, clusters=32, epochs=2)
@@ -113,9 +104,6 @@ def test_bad_arguments_are_refused(beam, fine, tree_file, poses, assets, tmp_pat
         (lambda: nbd.measure_coverage(tree_file, poses, []), ValueError, "bounds: is empty"),
         (lambda: nbd.check_contact_scenes(tree_file, poses, ["nbd"]), ValueError, "the tree has no nbd bounds"),
         (lambda: nbd.check_contact_scenes(tree_file, poses, scenes=0), ValueError, "0 contact scenes"),
-        (lambda: nbd.check_random_splits(tree_file, poses, "exact"), ValueError, "exact bounds of the tree are not"),
-        (lambda: nbd.check_random_splits(tree_file, poses, "learned_affine", 0), ValueError, "splits: is 0"),
-        (lambda: nbd.transfer_tree(tree_file, ring), ValueError, "the tree has no nbd bounds to transfer"),
         (lambda: nbd.remap(poses, tmp_path / "r.h5", beam, ring), RuntimeError, "its tetrahedra are not those of beam"),
         (lambda: nbd.remap(poses, tmp_path / "r.h5", fine, beam), RuntimeError, "was not recorded from fine"),
         (lambda: nbd.remap(poses, poses, beam, fine), RuntimeError, "the command also reads this file"),

@@ -82,11 +82,6 @@ def test_calls_that_read_frames(tree_file, long_recording, call):
     assert nbd.RecordingReader(long_recording).frames == 2400
 
 
-def test_random_splits(beam, poses):
-    file = nbd.train(beam, poses, ["learned_affine"], depth=4, calibration=0.5, miss_rate=0.05, confidence=0.5)
-    stopped(lambda: nbd.check_random_splits(file, poses, "learned_affine", 10**8))
-
-
 def test_remap(beam, long_recording, tmp_path):
     stopped(lambda: nbd.remap(long_recording, tmp_path / "r.h5", beam, beam))
     assert [path.name for path in tmp_path.iterdir()] in ([], ["r.h5"])

@@ -18,7 +18,8 @@ Triangle face_triangle(const VerticesRef& x, const FacesRef& F, Eigen::Index f);
 std::vector<FacePair> brute_force_intersecting(const VerticesRef& xa, const FacesRef& fa,
                                                const VerticesRef& xb, const FacesRef& fb);
 
-/// The pairs in ascending order.
+/// A copy of the pairs, as they are and in ascending order.
+inline std::vector<FacePair> listed(std::span<const FacePair> pairs) { return {pairs.begin(), pairs.end()}; }
 std::vector<FacePair> sorted(std::span<const FacePair> pairs);
 
 /// Face pairs at most `distance` metres apart, sorted by (a, b).

@@ -7,12 +7,13 @@
 #include <array>
 #include <cmath>
 #include <stdexcept>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "collision/kernels/box_pack.hpp"
+#include "collision/nbd_tree/bd_bound.hpp"
 #include "collision/nbd_tree/nbd_bound.hpp"
-#include "collision/tree/posed_tree.hpp"
 
 namespace nbd {
 
@@ -71,22 +72,57 @@ double reach(VerticesRef x, std::span<const int> vertices, const Eigen::Vector3f
     return std::sqrt(squared);
 }
 
-/// Fills in the margins that spheres needed and their out-of-distribution scores.
-void score_spheres(VerticesRef X, const std::shared_ptr<const CollisionTree>& tree, BoundKind kind,
-                   FrameSource& source, std::span<const FrameId> frames, BoundScores& scores) {
-    std::vector<PosedTree> posed;
-    for (int slot = 0; slot < frame_slots; ++slot) posed.emplace_back(tree, kind, 0.f);
-    posed[0].begin_pose(VertexView::as_long_as(X));  // ood_score() needs a pose
-    const bool gated = posed[0].ood_score(0).has_value();
-    if (gated) scores.ood_score.resize(scores.excess.rows(), scores.excess.cols());
+constexpr int folds = 5;
+
+/// The fold of each frame. Trajectories are assigned to folds in turn; a single trajectory is one fold.
+std::vector<int> folds_of(std::span<const FrameId> frames) {
+    std::vector<int> trajectories, fold;
+    for (const FrameId& frame : frames) {
+        const auto known = std::ranges::find(trajectories, frame.trajectory);
+        fold.push_back((known - trajectories.begin()) % folds);
+        if (known == trajectories.end()) trajectories.push_back(frame.trajectory);
+    }
+    return fold;
+}
+
+/// Fills in the margins that spheres needed; of `nbd` bounds also how far representatives stand outside, as
+/// their scores, and the scaled modal coordinates z, [poses, m].
+template <class B>
+void score_spheres(const SphereTree& tree, const B& bounds, FrameSource& source,
+                   std::span<const FrameId> frames, BoundScores& scores, PoseRows& z) {
+    constexpr bool is_nbd = std::is_same_v<B, NbdBound>;
+    std::vector<B> of_slot(frame_slots, bounds);
     source.for_each_frame(frames, [&](int slot, int index, VerticesRef x) {
-        PosedTree& pose = posed[slot];
-        pose.begin_pose(VertexView::as_long_as(x));
+        B& bound = of_slot[slot];
+        bound.begin_pose(x);
+        if constexpr (is_nbd) z.row(index) = bound.scaled_coordinates().transpose();
         for (int i = 0; i < scores.excess.cols(); ++i) {
-            scores.excess(index, i) = sphere_excess(x, tree->spheres.node_vertices(i), pose.sphere(i));
-            if (gated) scores.ood_score(index, i) = *pose.ood_score(i);
+            scores.excess(index, i) = sphere_excess(x, tree.node_vertices(i), bound.bound(i));
+            if constexpr (is_nbd) scores.ood_score(index, i) = bound.outside(i);
         }
     });
+}
+
+/// Scores `nbd` bounds, each pose by the spread of the modal coordinates of the other folds' poses; by that
+/// of the model if all are in one fold.
+void score_nbd(const CollisionTree& tree, FrameSource& source, std::span<const FrameId> frames,
+               std::span<const int> fold, BoundScores& scores) {
+    const NbdModel& model = *tree.nbd;
+    PoseRows z(frames.size(), model.mode_count());
+    score_spheres(tree.spheres, NbdBound(tree.spheres, model), source, frames, scores, z);
+    for (int left_out = 0; left_out < folds; ++left_out) {
+        std::vector<Eigen::Index> rows, other_rows;
+        for (std::size_t i = 0; i < fold.size(); ++i) (fold[i] == left_out ? rows : other_rows).push_back(i);
+        if (rows.empty()) continue;
+        const CoordinateSpread spread = other_rows.empty() ? CoordinateSpread{model.z_mean, model.z_whitening}
+                                                           : coordinate_spread(z(other_rows, Eigen::all));
+        Eigen::VectorXf difference(z.cols()), whitened(z.cols());
+        for (const Eigen::Index p : rows) {
+            const float coordinates = coordinate_ood_score(spread.mean, spread.whitening,
+                                                           z.row(p).transpose(), difference, whitened);
+            for (float& score : scores.ood_score.row(p)) score = nbd_ood_score(coordinates, score);
+        }
+    }
 }
 
 /// Fills in the margins that `learned_affine` needed, in spreads and residuals, and their scores.
@@ -95,7 +131,6 @@ void score_parts(const CollisionTree& tree, FrameSource& source, std::span<const
     const LearnedAffineModel& model = *tree.learned_affine;
     const std::shared_ptr<const AffineModel> boxes = tree.boxes ? tree.boxes : make_boxes(tree);
     const WideTree& wide = boxes->tree();
-    scores.ood_score.resize(scores.excess.rows(), scores.excess.cols());
     std::vector<WideBoxes> exact(frame_slots);
     source.for_each_frame(frames, [&](int slot, int index, VerticesRef x) {
         WideBoxes& truth = exact[slot];
@@ -123,6 +158,23 @@ void score_parts(const CollisionTree& tree, FrameSource& source, std::span<const
     });
 }
 
+BoundScores score(const CollisionTree& tree, BoundKind kind, FrameSource& source,
+                  std::span<const FrameId> frames, std::span<const int> fold) {
+    if (!can_miss(kind) || !has_bounds(tree, kind))
+        throw std::invalid_argument(fmt::format("the tree has no {} bounds to score", name(kind)));
+    BoundScores scores{.trajectories = trajectories_of(source.recording(), frames), .excess{}, .ood_score{}};
+    scores.excess.resize(frames.size(), bound_count(tree, kind));
+    scores.ood_score.resize(frames.size(), kind == BoundKind::bd ? 0 : scores.excess.cols());
+    PoseRows none;
+    if (kind == BoundKind::learned_affine)
+        score_parts(tree, source, frames, scores);
+    else if (kind == BoundKind::nbd)
+        score_nbd(tree, source, frames, fold, scores);
+    else
+        score_spheres(tree.spheres, BdBound(tree.spheres, *tree.bd), source, frames, scores, none);
+    return scores;
+}
+
 }  // namespace
 
 float sphere_excess(VerticesRef x, std::span<const int> vertices, const Sphere& sphere) {
@@ -136,89 +188,14 @@ std::vector<int> trajectories_of(const RecordingReader& recording, std::span<con
     return ids;
 }
 
-BoundScores score_bounds(VerticesRef X, const std::shared_ptr<const CollisionTree>& tree, BoundKind kind,
-                         FrameSource& source, std::span<const FrameId> frames) {
-    if (!has_bounds(*tree, kind))
-        throw std::invalid_argument(fmt::format("the tree has no {} bounds", name(kind)));
-    BoundScores scores;
-    scores.excess.resize(frames.size(), bound_count(*tree, kind));
-    scores.ood_score.resize(scores.excess.rows(), 0);
-    scores.trajectories = trajectories_of(source.recording(), frames);
-    if (kind == BoundKind::learned_affine)
-        score_parts(*tree, source, frames, scores);
-    else
-        score_spheres(X, tree, kind, source, frames, scores);
-    return scores;
+BoundScores score_bounds(const CollisionTree& tree, BoundKind kind, FrameSource& source,
+                         std::span<const FrameId> frames) {
+    return score(tree, kind, source, frames, std::vector<int>(frames.size(), 0));
 }
 
-BoundScores only(const BoundScores& scores, std::span<const int> trajectories) {
-    std::vector<Eigen::Index> rows;
-    BoundScores some;
-    for (std::size_t i = 0; i < scores.trajectories.size(); ++i)
-        if (std::ranges::find(trajectories, scores.trajectories[i]) != trajectories.end()) {
-            rows.push_back(i);
-            some.trajectories.push_back(scores.trajectories[i]);
-        }
-    some.excess = scores.excess(rows, Eigen::all);
-    some.ood_score = scores.ood_score(rows, Eigen::all);
-    return some;
-}
-
-namespace {
-
-constexpr int folds = 5;
-
-/// The fold of each frame. Trajectories are assigned to folds in turn; a single trajectory is one fold.
-std::vector<int> folds_of(std::span<const FrameId> frames) {
-    std::vector<int> trajectories, fold;
-    for (const FrameId& frame : frames) {
-        const auto known = std::ranges::find(trajectories, frame.trajectory);
-        fold.push_back((known - trajectories.begin()) % folds);
-        if (known == trajectories.end()) trajectories.push_back(frame.trajectory);
-    }
-    return fold;
-}
-
-/// Scores of `nbd` bounds, each pose by the spread of the modal coordinates of the other folds' poses.
-BoundScores score_by_other_folds(const CollisionTree& tree, FrameSource& source,
-                                 std::span<const FrameId> frames, std::span<const int> fold) {
-    const Eigen::Index poses = frames.size(), nodes = tree.spheres.nodes.size();
-    BoundScores scores{trajectories_of(source.recording(), frames), PoseRows(poses, nodes),
-                       PoseRows(poses, nodes)};
-    PoseRows z(poses, tree.nbd->mode_count());
-    std::vector<NbdBound> bounds(frame_slots, NbdBound(tree.spheres, *tree.nbd));
-    source.for_each_frame(frames, [&](int slot, int index, VerticesRef x) {
-        NbdBound& bound = bounds[slot];
-        bound.begin_pose(x);
-        z.row(index) = bound.scaled_coordinates().transpose();
-        for (int i = 0; i < nodes; ++i) {
-            scores.excess(index, i) = sphere_excess(x, tree.spheres.node_vertices(i), bound.bound(i));
-            scores.ood_score(index, i) = bound.outside(i);
-        }
-    });
-    for (int left_out = 0; left_out < folds; ++left_out) {
-        std::vector<Eigen::Index> rows, other_rows;
-        for (std::size_t i = 0; i < fold.size(); ++i) (fold[i] == left_out ? rows : other_rows).push_back(i);
-        if (rows.empty()) continue;
-        const CoordinateSpread spread = coordinate_spread(z(other_rows, Eigen::all));
-        Eigen::VectorXf difference(z.cols()), whitened(z.cols());
-        for (const Eigen::Index p : rows) {
-            const float coordinates = coordinate_ood_score(spread.mean, spread.whitening,
-                                                           z.row(p).transpose(), difference, whitened);
-            for (float& score : scores.ood_score.row(p)) score = nbd_ood_score(coordinates, score);
-        }
-    }
-    return scores;
-}
-
-}  // namespace
-
-BoundScores score_shape(VerticesRef X, const std::shared_ptr<const CollisionTree>& tree, BoundKind kind,
-                        FrameSource& source, std::span<const FrameId> frames) {
-    const std::vector<int> fold = folds_of(frames);
-    if (kind != BoundKind::nbd || fold.empty() || std::ranges::max(fold) == 0)
-        return score_bounds(X, tree, kind, source, frames);
-    return score_by_other_folds(*tree, source, frames, fold);
+BoundScores score_shape(const CollisionTree& tree, BoundKind kind, FrameSource& source,
+                        std::span<const FrameId> frames) {
+    return score(tree, kind, source, frames, folds_of(frames));
 }
 
 }  // namespace nbd

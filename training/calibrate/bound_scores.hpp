@@ -1,6 +1,5 @@
 #pragma once
 
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -55,18 +54,15 @@ float sphere_excess(VerticesRef x, std::span<const int> vertices, const Sphere& 
 /// Returns the trajectory id of each frame.
 std::vector<int> trajectories_of(const RecordingReader& recording, std::span<const FrameId> frames);
 
-/// Scores a bound on the frames, which are visited once. X: rest positions of the surface, [n, 3]. Same bits
-/// on any number of threads. Throws std::invalid_argument if the tree has no such bounds.
-BoundScores score_bounds(VerticesRef X, const std::shared_ptr<const CollisionTree>& tree, BoundKind kind,
-                         FrameSource& source, std::span<const FrameId> frames);
+/// Scores bounds that can miss on the frames, which are visited once. Same bits on any number of threads.
+/// Throws std::invalid_argument if the tree has no such bounds.
+BoundScores score_bounds(const CollisionTree& tree, BoundKind kind, FrameSource& source,
+                         std::span<const FrameId> frames);
 
-/// The scores of the given trajectories (ids) only.
-BoundScores only(const BoundScores& scores, std::span<const int> trajectories);
-
-/// Scores a bound on the poses that set the shape of its margins. As score_bounds(), except for `nbd`: its
+/// Scores bounds on the poses that set the shape of their margins. As score_bounds(), except for `nbd`: its
 /// spread of modal coordinates comes from these same poses, which makes them look closer than fresh poses. So
 /// each pose is scored with the spread of the others, leaving out a fifth of the trajectories at a time.
-BoundScores score_shape(VerticesRef X, const std::shared_ptr<const CollisionTree>& tree, BoundKind kind,
-                        FrameSource& source, std::span<const FrameId> frames);
+BoundScores score_shape(const CollisionTree& tree, BoundKind kind, FrameSource& source,
+                        std::span<const FrameId> frames);
 
 }  // namespace nbd

@@ -215,13 +215,12 @@ void calibrate(TreeFile& file, FrameSource& source, const CalibrateConfig& confi
         fit_coordinate_spread(scaled_coordinates(source, shape, *file.tree.nbd), *file.tree.nbd);
     file.facts.calibrated_on = seen_trajectories(recording, hashes, calibrated_on);
     file.tree.calibrations.clear();
-    const auto tree = refer_to(file.tree);
     for (const BoundKind kind : bound_kinds) {
         if (!can_miss(kind) || !has_bounds(file.tree, kind)) continue;
-        const BoundScores known = score_shape(file.X, tree, kind, source, shape);
-        const BoundScores scores = score_bounds(file.X, tree, kind, source, frames);
+        const BoundScores known = score_shape(file.tree, kind, source, shape);
+        const BoundScores scores = score_bounds(file.tree, kind, source, frames);
         try {
-            file.tree.calibrations[kind] = calibrate(BoundLevels(*tree, kind), known, scores, config);
+            file.tree.calibrations[kind] = calibrate(BoundLevels(file.tree, kind), known, scores, config);
         } catch (const std::runtime_error& e) {
             throw std::runtime_error(fmt::format("{} bounds: {}", name(kind), e.what()));
         }

@@ -4,7 +4,6 @@
 #include <limits>
 #include <utility>
 
-#include "collision/geometry/bounding_sphere.hpp"
 #include "collision/tree/posed_tree.hpp"
 
 namespace nbd {

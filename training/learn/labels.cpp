@@ -1,22 +1,11 @@
 #include "training/learn/labels.hpp"
 
-#include <fmt/format.h>
-
 #include <limits>
-#include <stdexcept>
 #include <vector>
-
-#include "collision/geometry/bounding_sphere.hpp"
 
 namespace nbd {
 
 std::string_view name(LabelFrame frame) noexcept { return frame == LabelFrame::full ? "full" : "clustered"; }
-
-LabelFrame label_frame(std::string_view text) {
-    for (const LabelFrame frame : {LabelFrame::clustered, LabelFrame::full})
-        if (text == name(frame)) return frame;
-    throw std::invalid_argument(fmt::format("label frame \"{}\"; allowed: clustered and full", text));
-}
 
 PoseLabels compute_labels(const SurfaceBody& body, const SphereTree& tree, const ClusteredModes& modes,
                           FrameSource& source, std::span<const FrameId> frames, LabelFrame frame) {

@@ -19,9 +19,6 @@ enum class LabelFrame { clustered, full };
 /// Name of a frame: "clustered" or "full".
 std::string_view name(LabelFrame frame) noexcept;
 
-/// The frame of that name. Throws std::invalid_argument that lists the known frames.
-LabelFrame label_frame(std::string_view name);
-
 /// Training inputs and targets of the networks, before scaling.
 struct PoseLabels {
     PoseRows z;        // [poses, m] zhat (equation 4)

@@ -13,8 +13,7 @@
 #include "training/files/frame_source.hpp"
 #include "training/files/surface_body.hpp"
 #include "training/networks/checkpoint.hpp"
-#include "training/networks/linear_centre.hpp"
-#include "training/networks/round_networks.hpp"
+#include "training/networks/network_fit.hpp"
 
 namespace nbd {
 

@@ -7,7 +7,7 @@
 #include <span>
 #include <stdexcept>
 
-#include "collision/kernels/lane_mask.hpp"
+#include "collision/bounds/walk.hpp"
 #include "collision/nbd_tree/sphere_tree.hpp"
 #include "collision/query/narrow_phase.hpp"
 
@@ -166,8 +166,8 @@ void LazyBoxes::test_blocks(LazyBoxes& a, int block_a, LazyBoxes& b, int block_b
     // Blocks have up to 256 faces, halved into parts of at most 16: at most 16 groups.
     std::uint16_t near_b[lanes], near_a[lanes];
     const auto test = [&](const LazyBoxes& boxes, const Range& groups, const Box& box, std::uint16_t* near) {
-        kernels().overlapping(boxes.face_boxes_.data() + groups.begin, groups.end - groups.begin,
-                              numbers(box), near);
+        kernels().near(boxes.face_boxes_.data() + groups.begin, groups.end - groups.begin, numbers(box), 0,
+                       near);
     };
     test(a, groups_a, box_b, near_a);
     for (int ga = groups_a.begin; ga < groups_a.end; ++ga) {
@@ -190,10 +190,11 @@ void LazyBoxes::test_clusters(LazyBoxes& a, int cluster_a, const Box& box_a, Laz
     b.refit_blocks(cluster_b);
     const std::size_t ca = cluster_a, cb = cluster_b;
     const BoxPack &blocks_a = a.block_boxes_[ca], &blocks_b = b.block_boxes_[cb];
-    const unsigned touched_b = overlapping(blocks_b, box_a);
-    for_each_bit(overlapping(blocks_a, box_b), [&](int i) {
+    const Within touching(0);
+    const unsigned touched_b = near_boxes(blocks_b, box_a, touching);
+    for_each_bit(near_boxes(blocks_a, box_b, touching), [&](int i) {
         const Box block_box = blocks_a.box(i);
-        for_each_bit(touched_b & overlapping(blocks_b, block_box), [&](int j) {
+        for_each_bit(touched_b & near_boxes(blocks_b, block_box, touching), [&](int j) {
             test_blocks(a, a.clusters_[ca].begin + i, b, b.clusters_[cb].begin + j, blocks_b.box(j), pairs);
         });
     });
@@ -203,8 +204,8 @@ void intersecting_faces(LazyBoxes& a, LazyBoxes& b, std::vector<FacePair>& pairs
     pairs.clear();
     if (!overlap(a.all_, b.all_)) return;
     const auto find_near = [](LazyBoxes& boxes, const Box& box) {
-        kernels().overlapping(boxes.cluster_boxes_.data(), boxes.cluster_boxes_.size(), numbers(box),
-                              boxes.near_.data());
+        kernels().near(boxes.cluster_boxes_.data(), boxes.cluster_boxes_.size(), numbers(box), 0,
+                       boxes.near_.data());
     };
     find_near(a, b.all_);
     for (std::size_t wa = 0; wa < a.cluster_boxes_.size(); ++wa)

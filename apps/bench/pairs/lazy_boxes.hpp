@@ -63,7 +63,7 @@ class LazyBoxes {
     const SurfaceEmbedding* W_;
     std::vector<int> faces_;       // face numbers, cluster after cluster
     Faces corners_;                // of the face in each slot
-    Positions x_;                  // of the pose
+    VertexView x_;                 // of the pose
     std::vector<Range> clusters_;  // of blocks
     std::vector<Range> blocks_;    // of groups
     std::vector<Range> groups_;    // of slots

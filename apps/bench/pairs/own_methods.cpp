@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "apps/bench/pairs/lazy_boxes.hpp"
-#include "collision/geometry/embedded_positions.hpp"
 #include "collision/query/pair_query.hpp"
 
 namespace nbd {
@@ -25,44 +24,6 @@ class TreeMethod : public PairMethod {
 
  protected:
     PosedTree a_, b_;
-    PairQuery query_;
-};
-
-/// The broad phase of NBD-Trees alone, down to their leaves; finds no pairs.
-class BroadPhase final : public TreeMethod {
- public:
-    using TreeMethod::TreeMethod;
-    std::span<const FacePair> query() override {
-        query_.leaf_pairs(a_, b_);
-        return {};
-    }
-};
-
-/// Computes surface positions on demand from the tet nodes.
-class EmbeddedTreeMethod final : public PairMethod {
- public:
-    EmbeddedTreeMethod(const BenchBody& body, BoundKind kind)
-        : a_(body.tree, kind), b_(body.tree, kind), x_a_(embedding(body.surface.W)), x_b_(x_a_) {}
-
-    void update(const BenchPose& a, const BenchPose& b) override {
-        x_a_.begin_pose(VertexView::as_long_as(a.nodes));
-        x_b_.begin_pose(VertexView::as_long_as(b.nodes));
-        a_.begin_pose(x_a_);
-        b_.begin_pose(x_b_);
-    }
-    std::span<const FacePair> query() override { return query_.intersecting(a_, b_); }
-
- private:
-    static EmbeddedPositions embedding(const SurfaceEmbedding& W) {
-        const std::size_t count = W.nonZeros();
-        return {{W.outerIndexPtr(), static_cast<std::size_t>(W.rows()) + 1},
-                {W.innerIndexPtr(), count},
-                {W.valuePtr(), count},
-                static_cast<int>(W.cols())};
-    }
-
-    PosedTree a_, b_;
-    EmbeddedPositions x_a_, x_b_;
     PairQuery query_;
 };
 
@@ -161,21 +122,6 @@ std::vector<PairMethodEntry> tree_methods(const BenchBody& body) {
     std::vector<PairMethodEntry> methods;
     for (const BoundKind kind : raced_bounds(*body.tree)) methods.push_back(tree_method(kind));
     if (body.tree->affine) methods.push_back(tree_method(BoundKind::affine));
-    for (const BoundKind kind : raced_bounds(*body.tree)) {
-        if (is_exact(kind) || kind == BoundKind::learned_affine) continue;
-        methods.push_back(
-            {.name = fmt::format("{} from nodes", name(kind)),
-             .exact = false,
-             .reads_nodes = true,
-             .make = [kind](const BenchBody& b) { return std::make_unique<EmbeddedTreeMethod>(b, kind); },
-             .bounds = kind});
-        if (!is_box(kind))
-            methods.push_back(
-                {.name = fmt::format("{} broad phase", name(kind)),
-                 .exact = false,
-                 .make = [kind](const BenchBody& b) { return std::make_unique<BroadPhase>(b.tree, kind); },
-                 .answers = false});
-    }
     return methods;
 }
 

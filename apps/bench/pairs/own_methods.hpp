@@ -9,8 +9,7 @@ namespace nbd {
 /// Method with bounds of the body's tree, through PosedTree and PairQuery.
 PairMethodEntry tree_method(BoundKind kind);
 
-/// One method for each kind of bounds that the tree has, and two more for learned ones over the sphere tree:
-/// from nodes, with positions computed on demand, and the broad phase alone, down to pairs of leaves.
+/// One method for each kind of bounds that the tree has.
 std::vector<PairMethodEntry> tree_methods(const BenchBody& body);
 
 /// LazyBoxes over the surface.

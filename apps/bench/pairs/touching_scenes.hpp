@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "apps/bench/pairs/bench_body.hpp"
-#include "training/evaluate/contact_placement.hpp"
+#include "training/evaluate/contact_scenes.hpp"
 #include "training/files/recording.hpp"
 
 namespace nbd {

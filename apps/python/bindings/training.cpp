@@ -17,7 +17,6 @@
 #include "apps/python/bindings/typed.hpp"
 #include "collision/base/notice.hpp"
 #include "training/calibrate/calibrate.hpp"
-#include "training/calibrate/random_splits.hpp"
 #include "training/evaluate/contact_scenes.hpp"
 #include "training/evaluate/coverage.hpp"
 #include "training/evaluate/evaluate.hpp"
@@ -214,16 +213,6 @@ std::vector<ContactScenesRow> contact_scenes(const TreeFile& file, const path& d
                                 {.scenes = scenes, .deepest = deepest, .seed = seed});
 }
 
-std::vector<RandomSplitsRow> random_splits(const TreeFile& file, const path& data, BoundKind kind,
-                                           int splits) {
-    if (splits < 1) throw std::invalid_argument(fmt::format("splits: is {}; allowed: at least 1", splits));
-    if (!file.tree.calibrations.contains(kind))
-        throw std::invalid_argument(fmt::format("{} bounds of the tree are not calibrated", name(kind)));
-    const RecordingReader recording(data);
-    FrameSource source(file.W, recording);
-    return check_random_splits(file, kind, source, splits);
-}
-
 void bind_evaluate(py::module_& m) {
     py::class_<EvaluationRow>(m, "EvaluationRow", "Result of one bound at one depth with one margin.")
         .def_readonly("frames", &EvaluationRow::frames)
@@ -295,19 +284,6 @@ void bind_contact_scenes(py::module_& m) {
         "Intersecting face pairs that bounds miss in scenes of two copies of the body, as `nbdtree coverage "
         "--contacts` counts them. deepest: overlap in radii of the body, in (0, 1]. Raises ValueError for "
         "bounds that the tree does not have.");
-    py::class_<RandomSplitsRow>(m, "RandomSplitsRow", "How often the miss rate was kept at one depth.")
-        .def_readonly("depth", &RandomSplitsRow::depth)
-        .def_readonly("splits", &RandomSplitsRow::splits)
-        .def_readonly("calibration", &RandomSplitsRow::calibration, "Trajectories to calibrate on.")
-        .def_readonly("test", &RandomSplitsRow::test, "Trajectories to test on.")
-        .def_readonly("stated", &RandomSplitsRow::stated, "Stated share that keeps the rate, mean of splits.")
-        .def_readonly("keeping", &RandomSplitsRow::keeping, "Measured share, mean of splits.")
-        .def_readonly("nodes_missing", &RandomSplitsRow::nodes_missing, "Miss rate, mean of splits.")
-        .def_readonly("highest", &RandomSplitsRow::highest, "Highest mean miss rate of a split.");
-    m.def("check_random_splits", &random_splits, py::arg("file"), py::arg("recording"), py::arg("bound"),
-          py::arg("splits") = 100, UsesFilesLong(),
-          "How often the stated miss rate holds when the trajectories that training did not see are split at "
-          "random into calibration and test. Raises ValueError for another recording than the training's.");
 }
 
 }  // namespace

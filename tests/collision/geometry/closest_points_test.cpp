@@ -179,17 +179,6 @@ TEST_F(ClosestPointsOfPairs, AreOptimalForRandomTriangles) {
     EXPECT_LT(hits, n / 2);
 }
 
-TEST_F(ClosestPointsOfPairs, AreOptimalForDegenerateTriangles) {
-    for (const int size : {1, 2, 4}) {
-        const int n = 20000;
-        const int hits = count_intersecting(n, [&] {
-            return std::pair{random_.grid_triangle(size), random_.grid_triangle(size)};
-        });
-        EXPECT_GT(hits, n / 10);
-        EXPECT_LT(hits, n * 9 / 10);
-    }
-}
-
 TEST_F(ClosestPointsOfPairs, AreOptimalForNearlyTouchingTriangles) {
     const int n = 20000;
     const int hits = count_intersecting(n, [&] {

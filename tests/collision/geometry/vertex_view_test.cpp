@@ -26,8 +26,7 @@ using Block = decltype(std::declval<Wide&>().leftCols<3>());
 
 /// Everything that keeps the address of positions.
 template <class X>
-concept Kept = std::is_constructible_v<VertexView, X> || std::is_constructible_v<Positions, X> ||
-    requires(PosedTree& tree, X&& x) {
+concept Kept = std::is_constructible_v<VertexView, X> || requires(PosedTree& tree, X&& x) {
     tree.begin_pose(std::forward<X>(x));
 } || requires(PosedTree& tree, X&& x) {
     tree.begin_pose_of_nodes(std::forward<X>(x));
@@ -39,8 +38,6 @@ concept Kept = std::is_constructible_v<VertexView, X> || std::is_constructible_v
     tree.begin_step_of_nodes(std::forward<X>(x), y);
 } || requires(PosedTree& tree, X&& x, const Vertices& y) {
     tree.begin_step_of_nodes(y, std::forward<X>(x));
-} || requires(EmbeddedPositions& surface, X&& x) {
-    surface.begin_pose(std::forward<X>(x));
 } || requires(PosedWideTree& boxes, X&& x) {
     boxes.begin_pose(std::forward<X>(x));
 } || requires(PosedWideTree& boxes, X&& x, const Vertices& y) {

@@ -6,9 +6,8 @@
 #include <cstring>
 #include <vector>
 
-#include "collision/geometry/separation.hpp"
+#include "collision/geometry/box.hpp"
 #include "collision/kernels/box_pack.hpp"
-#include "collision/kernels/triangle_pack.hpp"
 #include "tests/collision/models.hpp"
 #include "tests/support/random_triangles.hpp"
 
@@ -38,18 +37,16 @@ class KernelForms : public testing::TestWithParam<InstructionSet> {
             if (in_s >> k & 1) whole_s = joined(whole_s, s.box(k));
             if (in_t >> k & 1) whole_t = joined(whole_t, t.box(k));
         }
-        std::uint16_t overlapping[16] = {}, near[16] = {}, expected;
-        const unsigned any = form->overlapping_pairs(s, in_s, numbers(whole_s), t, in_t, numbers(whole_t),
-                                                     overlapping),
-                       any_near = form->near_pairs(s, in_s, numbers(whole_s), t, in_t, numbers(whole_t),
-                                                   0.02f, near);
-        for (int i = 0; i < 16; ++i) {
-            if (!(s.box(i).lo + s.box(i).hi).isFinite().all() || !std::isfinite(whole_t.hi.sum())) continue;
-            const unsigned in = in_s >> i & 1 ? in_t : 0;
-            plain.overlapping(&t, 1, numbers(s.box(i)), &expected);
-            EXPECT_EQ(any >> i & 1 ? overlapping[i] : 0, expected & in);
-            plain.near(&t, 1, numbers(s.box(i)), 0.02f, &expected);
-            EXPECT_EQ(any_near >> i & 1 ? near[i] : 0, expected & in);
+        for (const float most : {0.f, 0.02f}) {
+            std::uint16_t found[16] = {}, expected;
+            const unsigned any =
+                form->near_pairs(s, in_s, numbers(whole_s), t, in_t, numbers(whole_t), most, found);
+            for (int i = 0; i < 16; ++i) {
+                if (!(s.box(i).lo + s.box(i).hi).isFinite().all() || !std::isfinite(whole_t.hi.sum()))
+                    continue;
+                plain.near(&t, 1, numbers(s.box(i)), most, &expected);
+                EXPECT_EQ(any >> i & 1 ? found[i] : 0, expected & (in_s >> i & 1 ? in_t : 0));
+            }
         }
     }
 
@@ -58,7 +55,7 @@ class KernelForms : public testing::TestWithParam<InstructionSet> {
     std::mt19937 random{1};
 };
 
-TEST_P(KernelForms, FindTheSameOverlappingBoxes) {
+TEST_P(KernelForms, FindTheSameNearBoxes) {
     constexpr int count = 3;
     BoxPack packs[count];
     int found = 0;
@@ -72,29 +69,26 @@ TEST_P(KernelForms, FindTheSameOverlappingBoxes) {
         for (int k = 0; k < count * BoxPack::lanes; ++k)
             packs[k / BoxPack::lanes].set(k % BoxPack::lanes, box(0.3f));
         const Box other = box(0.5f);
-        std::uint16_t expected[count], masks[count];
-        plain.overlapping(packs, count, numbers(other), expected);
-        form->overlapping(packs, count, numbers(other), masks);
-        EXPECT_EQ(std::memcmp(masks, expected, sizeof masks), 0);
-        found += expected[0] != 0;
         const unsigned which = random();
-        unsigned each_expected[32] = {}, each[32] = {};
-        plain.overlapping_each(packs, 2, packs + 1, which, each_expected);
-        form->overlapping_each(packs, 2, packs + 1, which, each);
-        EXPECT_EQ(std::memcmp(each, each_expected, sizeof each), 0);
-        for (int i = 0; i < 32; ++i) {
-            const BoxPack& pack = packs[1 + i / 16];
-            std::uint16_t halves[2];
-            plain.overlapping(packs, 2, numbers(pack.box(i % 16)), halves);
-            EXPECT_EQ(each[i], which >> i & 1 ? halves[0] | unsigned{halves[1]} << 16 : 0);
+        for (const float most : {0.f, 0.02f}) {
+            std::uint16_t expected[count], masks[count];
+            plain.near(packs, count, numbers(other), most, expected);
+            form->near(packs, count, numbers(other), most, masks);
+            EXPECT_EQ(std::memcmp(masks, expected, sizeof masks), 0);
+            found += most == 0 && expected[0] != 0;
+            for (const int of_packs : {1, 2}) {
+                unsigned each_expected[32] = {}, each[32] = {};
+                plain.near_each(packs, of_packs, packs + 1, which, most, each_expected);
+                form->near_each(packs, of_packs, packs + 1, which, most, each);
+                EXPECT_EQ(std::memcmp(each, each_expected, sizeof each), 0);
+                for (int i = 0; i < 32; ++i) {
+                    std::uint16_t halves[2] = {};
+                    plain.near(packs, of_packs, numbers(packs[1 + i / 16].box(i % 16)), most, halves);
+                    EXPECT_EQ(each[i], which >> i & 1 ? halves[0] | unsigned{halves[1]} << 16 : 0);
+                }
+            }
         }
-        plain.near_each(packs, 1, packs + 1, which, 0.02f, each_expected);
-        form->near_each(packs, 1, packs + 1, which, 0.02f, each);
-        EXPECT_EQ(std::memcmp(each, each_expected, sizeof each), 0);
         expect_same_pairs(packs[0], packs[1], which);
-        plain.near(packs, count, numbers(other), 0.02f, expected);
-        form->near(packs, count, numbers(other), 0.02f, masks);
-        EXPECT_EQ(std::memcmp(masks, expected, sizeof masks), 0);
     }
     EXPECT_GT(found, 500);
 }

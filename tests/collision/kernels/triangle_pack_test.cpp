@@ -1,5 +1,3 @@
-#include "collision/kernels/triangle_pack.hpp"
-
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -8,6 +6,8 @@
 #include <vector>
 
 #include "collision/geometry/triangle_triangle.hpp"
+#include "collision/kernels/kernels.hpp"
+#include "collision/kernels/packs.hpp"
 #include "collision/query/narrow_phase.hpp"
 #include "tests/support/brute_force.hpp"
 #include "tests/support/random_triangles.hpp"
@@ -73,8 +73,8 @@ TEST(TrianglePack, NeverGivesAWrongCertainVerdict) {
             for (int round = 0; round < rounds; ++round) {
                 const std::vector<Pair> pairs = some_pairs(random, kind, scale);
                 const TrianglePack s = packed(pairs, &Pair::s), t = packed(pairs, &Pair::t);
-                const unsigned separated = separated_by_plane(s, t);
-                const PackVerdict verdict = edges_meet_faces(s, t);
+                const unsigned separated = kernels().separated_by_plane(s, t);
+                const PackVerdict verdict = kernels().edges_meet_faces(s, t);
                 meeting_lanes += std::popcount(verdict.meeting);
                 apart_lanes += std::popcount(verdict.apart);
                 separated_lanes += std::popcount(separated);
@@ -127,9 +127,9 @@ TEST(TrianglePack, LeavesPairsWithNonFinitePositionsUndecided) {
         (lane % 3 == 0 ? x.a : lane % 3 == 1 ? x.b : x.c)[lane % 3] = NAN;
     }
     const TrianglePack s = packed(pairs, &Pair::s), t = packed(pairs, &Pair::t);
-    EXPECT_EQ(separated_by_plane(s, t), 0u);
-    EXPECT_EQ(edges_meet_faces(s, t).meeting, 0u);
-    EXPECT_EQ(edges_meet_faces(s, t).apart, 0u);
+    EXPECT_EQ(kernels().separated_by_plane(s, t), 0u);
+    EXPECT_EQ(kernels().edges_meet_faces(s, t).meeting, 0u);
+    EXPECT_EQ(kernels().edges_meet_faces(s, t).apart, 0u);
 }
 
 }  // namespace

@@ -73,13 +73,5 @@ TEST(FixedMatrix, ProductsAgreeWithItsRoundedEntries) {
         }
 }
 
-TEST(FixedMatrix, DoesNotOverflowForTheLargestEntries) {
-    const FixedMatrix M(Eigen::MatrixXf::Constant(512, 4, 16383));
-    const FixedVector x = shapes::fixed(Eigen::VectorXf::Constant(512, -16383.9f));
-    Eigen::VectorXf y(4);
-    M.transposed_times(x, y);
-    EXPECT_FLOAT_EQ(y[3], -16384.f * 16383 * 512);
-}
-
 }  // namespace
 }  // namespace nbd

@@ -95,7 +95,6 @@ TEST(NbdNetworks, KeepFloatsAsTheyAre) {
     const NbdNetworks bytes(inputs, hidden, weights), floats(inputs, hidden, weights, NetworkNumbers::floats);
     EXPECT_NE(bytes.weights(), weights);
     EXPECT_EQ(floats.weights(), weights);
-    EXPECT_EQ(floats.memory(), 4 * weights.size());
 
     const Eigen::VectorXf x = Eigen::VectorXf::LinSpaced(inputs, -0.7f, 0.9f);
     for (int node = 0; node < nodes; ++node) {
@@ -116,12 +115,6 @@ TEST(NbdNetworks, KeepFloatsAsTheyAre) {
         EXPECT_LT(error(floats), 1e-5);
         EXPECT_GT(error(bytes), 1e-4);
     }
-}
-
-TEST(NbdNetworks, TakeAThirdOfTheMemoryInBytes) {
-    const std::vector<float> weights = random_weights(NbdNetworks::weight_count(128, 32), 6);  // the paper's
-    EXPECT_EQ(NbdNetworks(128, 32, weights).memory(), 6592u);
-    EXPECT_EQ(NbdNetworks(128, 32, weights, NetworkNumbers::floats).memory(), 21264u);
 }
 
 TEST(NbdNetworks, RejectInvalidSizesAndWeights) {

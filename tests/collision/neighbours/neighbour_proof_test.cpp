@@ -295,15 +295,13 @@ TEST(NeighbourProof, IsIgnoredByQueriesThatItIsNotOf) {
     const std::size_t expected = query.boxes_within(body.posed, 0).size();
     query.use(&proof);
     EXPECT_EQ(query.boxes_within(body.posed, 0).size(), expected) << "in a step";
-    PosedTree other(shared_exact_tree(body.X, body.F), BoundKind::boxes), exact(body.tree, BoundKind::exact);
-    for (PosedTree* tree : {&other, &exact}) {
-        tree->begin_pose(flat);
-        query.use(nullptr);
-        const std::size_t touching = query.intersecting(*tree).size();
-        EXPECT_GT(touching, 100u);
-        query.use(&proof);
-        EXPECT_EQ(query.intersecting(*tree).size(), touching) << name(tree->kind());
-    }
+    PosedTree other(shared_exact_tree(body.X, body.F), BoundKind::boxes);
+    other.begin_pose(flat);
+    query.use(nullptr);
+    const std::size_t touching = query.intersecting(other).size();
+    EXPECT_GT(touching, 100u);
+    query.use(&proof);
+    EXPECT_EQ(query.intersecting(other).size(), touching) << "another tree";
 }
 
 TEST(NeighbourProof, MustLeaveOutWhatTheQueryLeavesOut) {

@@ -16,14 +16,6 @@ namespace {
 
 using test::HungSurface;
 
-std::shared_ptr<const CollisionTree> tree_of(const HungSurface& hung) {
-    CollisionTree tree = make_exact_tree(hung.surface.X, hung.surface.F, {.depth = 4});
-    hang_on_nodes(tree, hung.W, hung.rest);
-    return std::make_shared<const CollisionTree>(std::move(tree));
-}
-
-std::vector<FacePair> as_list(std::span<const FacePair> pairs) { return {pairs.begin(), pairs.end()}; }
-
 /// Two bodies that overlap somehow, in a wild pose each.
 struct Scene {
     Vertices nodes_a, nodes_b, a, b;
@@ -54,20 +46,21 @@ TEST(AffineQuery, AgreesWithBruteForceInWildPoses) {
     std::size_t found = 0, near = 0;
     int apart = 0;
     for (const HungPair& pair : pairs_of_bodies()) {
-        PosedTree a(tree_of(pair.a), BoundKind::affine), b(tree_of(pair.b), BoundKind::affine);
+        PosedTree a(test::hung_tree(pair.a), BoundKind::affine),
+            b(test::hung_tree(pair.b), BoundKind::affine);
         for (int kind = 0; kind < test::wild_poses; ++kind) {
             const Scene scene(pair.a, pair.b, kind, random);
             a.begin_pose_of_nodes(scene.nodes_a);
             b.begin_pose_of_nodes(scene.nodes_b);
             const Faces &fa = pair.a.surface.F, &fb = pair.b.surface.F;
             const auto expected = test::brute_force_intersecting(scene.a, fa, scene.b, fb);
-            EXPECT_EQ(as_list(query.intersecting(a, b)), expected) << "pose " << kind;
+            EXPECT_EQ(test::listed(query.intersecting(a, b)), expected) << "pose " << kind;
             EXPECT_EQ(query.counters().face_pairs, static_cast<long>(expected.size()));
             found += expected.size();
             const float distance =
                 0.01f * (scene.a.colwise().maxCoeff() - scene.a.colwise().minCoeff()).norm();
             const auto within = test::brute_force_within(scene.a, fa, scene.b, fb, distance);
-            EXPECT_EQ(as_list(query.within(a, b, distance)), within) << "pose " << kind;
+            EXPECT_EQ(test::listed(query.within(a, b, distance)), within) << "pose " << kind;
             EXPECT_TRUE(std::ranges::includes(test::sorted(query.boxes_within(a, b, distance)), within));
             near += within.size();
             const auto nearest = closest.closest(a, b);
@@ -88,7 +81,7 @@ TEST(AffineQuery, AgreesWithBruteForceInWildPoses) {
 
 TEST(AffineQuery, FindsAllPairsWhereNumbersOverflow) {
     const HungSurface hung = test::hung_on_lattice(shapes::torus(40, 30), 6);
-    PosedTree a(tree_of(hung), BoundKind::affine), b(tree_of(hung), BoundKind::affine);
+    PosedTree a(test::hung_tree(hung), BoundKind::affine), b(test::hung_tree(hung), BoundKind::affine);
     PairQuery query;
     Vertices nodes_b = hung.rest;
     nodes_b.rowwise() += Eigen::RowVector3f(0.3f, 0.2f, 0.1f);
@@ -102,7 +95,7 @@ TEST(AffineQuery, FindsAllPairsWhereNumbersOverflow) {
             a.begin_pose_of_nodes(nodes);
             const auto expected =
                 test::brute_force_intersecting(embedded(hung.W, nodes), hung.surface.F, x_b, hung.surface.F);
-            ASSERT_EQ(as_list(query.intersecting(a, b)), expected) << "node " << node << " at " << far;
+            ASSERT_EQ(test::listed(query.intersecting(a, b)), expected) << "node " << node << " at " << far;
             found += expected.size();
         }
     EXPECT_GT(found, 1000u);
@@ -111,7 +104,7 @@ TEST(AffineQuery, FindsAllPairsWhereNumbersOverflow) {
 TEST(AffineQuery, FindsFacesWithinADistanceOfLines) {
     // Normals of such thin boxes are so short that their squares underflow.
     const HungSurface hung = test::hung_on_tets(shapes::bar(20, 14), 5);
-    PosedTree a(tree_of(hung), BoundKind::affine), b(tree_of(hung), BoundKind::affine);
+    PosedTree a(test::hung_tree(hung), BoundKind::affine), b(test::hung_tree(hung), BoundKind::affine);
     PairQuery query;
     for (const float thickness : {1e-15f, 1e-17f, 1e-18f, 3e-19f, 1e-19f, 3e-20f, 1e-20f, 1e-21f, 1e-23f}) {
         Vertices nodes = hung.rest;
@@ -123,7 +116,7 @@ TEST(AffineQuery, FindsFacesWithinADistanceOfLines) {
         const auto expected = test::brute_force_within(embedded(hung.W, nodes), hung.surface.F,
                                                        embedded(hung.W, nodes_b), hung.surface.F, 0.101f);
         EXPECT_GT(expected.size(), 100u);
-        EXPECT_EQ(as_list(query.within(a, b, 0.101f)), expected) << thickness;
+        EXPECT_EQ(test::listed(query.within(a, b, 0.101f)), expected) << thickness;
     }
 }
 
@@ -138,7 +131,7 @@ TEST(AffineQuery, PartsObliqueSheets) {
         Eigen::AngleAxisf(0.8f, Eigen::Vector3f(1, 0.7f, 0).normalized()).matrix();
     PairQuery query;
     const auto leaf_pairs = [&](BoundKind kind) {
-        PosedTree a(tree_of(hung), kind), b(tree_of(hung), kind);
+        PosedTree a(test::hung_tree(hung), kind), b(test::hung_tree(hung), kind);
         Vertices x_a, x_b;
         const Vertices other = sheet.rowwise() + 0.05f * normal;
         if (kind == BoundKind::affine) {
@@ -157,7 +150,7 @@ TEST(AffineQuery, PartsObliqueSheets) {
 
 TEST(AffineQuery, FindsFacesWithinADistanceOfBodiesWhoseBoxesAreApart) {
     const HungSurface torus = test::hung_on_tets(shapes::torus(24, 12), 3);
-    PosedTree a(tree_of(torus), BoundKind::affine), b(tree_of(torus), BoundKind::affine);
+    PosedTree a(test::hung_tree(torus), BoundKind::affine), b(test::hung_tree(torus), BoundKind::affine);
     const Eigen::RowVector3f side(torus.rest.col(0).maxCoeff() - torus.rest.col(0).minCoeff() + 0.05f, 0, 0);
     const Vertices moved = torus.rest.rowwise() + side, x = embedded(torus.W, torus.rest),
                    y = embedded(torus.W, moved);
@@ -168,7 +161,7 @@ TEST(AffineQuery, FindsFacesWithinADistanceOfBodiesWhoseBoxesAreApart) {
         static_cast<float>(test::brute_force_closest(x, torus.surface.F, y, torus.surface.F).distance);
     const auto expected = test::brute_force_within(x, torus.surface.F, y, torus.surface.F, 1.2f * gap);
     EXPECT_FALSE(expected.empty());
-    EXPECT_EQ(as_list(PairQuery().within(a, b, 1.2f * gap)), expected);
+    EXPECT_EQ(test::listed(PairQuery().within(a, b, 1.2f * gap)), expected);
     EXPECT_TRUE(PairQuery().within(a, b, 0.9f * gap).empty());
 }
 
@@ -178,17 +171,17 @@ TEST(AffineQuery, MeetsBodiesWithOtherBounds) {
                       t = test::hung_on_tets(shapes::bar(20, 14), 4);
     PairQuery query;
     ClosestQuery closest;
-    PosedTree a(tree_of(s), BoundKind::affine);
+    PosedTree a(test::hung_tree(s), BoundKind::affine);
     std::size_t found = 0;
     for (const BoundKind kind : {BoundKind::exact, BoundKind::boxes}) {
-        PosedTree b(tree_of(t), kind);
+        PosedTree b(test::hung_tree(t), kind);
         for (int pose = 0; pose < test::wild_poses; ++pose) {
             const Scene scene(s, t, pose, random);
             a.begin_pose_of_nodes(scene.nodes_a);
             b.begin_pose(scene.b);
             const auto expected = test::brute_force_intersecting(scene.a, s.surface.F, scene.b, t.surface.F);
-            EXPECT_EQ(as_list(query.intersecting(a, b)), expected);
-            EXPECT_EQ(as_list(query.intersecting(b, a)).size(), expected.size());
+            EXPECT_EQ(test::listed(query.intersecting(a, b)), expected);
+            EXPECT_EQ(test::listed(query.intersecting(b, a)).size(), expected.size());
             EXPECT_NEAR(closest.closest(a, b)->points.distance,
                         test::brute_force_closest(scene.a, s.surface.F, scene.b, t.surface.F).distance,
                         1e-12 * (1 + scene.a.norm()));
@@ -198,28 +191,10 @@ TEST(AffineQuery, MeetsBodiesWithOtherBounds) {
     EXPECT_GT(found, 100u);
 }
 
-TEST(AffineQuery, TakesNodesFromEmbeddedPositions) {
-    const HungSurface s = test::hung_on_tets(shapes::torus(24, 12), 3);
-    PosedTree a(tree_of(s), BoundKind::affine), b(tree_of(s), BoundKind::affine);
-    const std::size_t entries = s.W.nonZeros();
-    EmbeddedPositions x({s.W.outerIndexPtr(), static_cast<std::size_t>(s.W.rows()) + 1},
-                        {s.W.innerIndexPtr(), entries}, {s.W.valuePtr(), entries}, s.W.cols());
-    const Vertices moved = s.rest.rowwise() + Eigen::RowVector3f(0.3f, 0.1f, 0);
-    x.begin_pose(moved);
-    a.begin_pose(x);
-    b.begin_pose_of_nodes(s.rest);
-    PairQuery query;
-    const auto found = as_list(query.intersecting(a, b));
-    EXPECT_EQ(found,
-              test::brute_force_intersecting(embedded(s.W, moved), s.surface.F, s.surface.X, s.surface.F));
-    EXPECT_GT(found.size(), 10u);
-    EXPECT_EQ(x.computed(), 0) << "no position is needed";
-}
-
 TEST(AffineQuery, AsksManyBodies) {
     std::mt19937 random(3);
     const HungSurface s = test::hung_on_tets(shapes::torus(16, 10), 3);
-    const auto tree = tree_of(s);
+    const auto tree = test::hung_tree(s);
     constexpr int count = 6;
     std::vector<Vertices> nodes, x;
     std::vector<PosedTree> trees;
@@ -243,39 +218,16 @@ TEST(AffineQuery, AsksManyBodies) {
             if (expected.empty()) continue;
             ++touching;
             ASSERT_NE(next, found.end());
-            EXPECT_EQ(as_list(next->faces), expected);
+            EXPECT_EQ(test::listed(next->faces), expected);
             ++next;
         }
     EXPECT_EQ(next, found.end());
     EXPECT_GT(touching, 3u);
 }
 
-TEST(AffineQuery, ABodyWithoutAPoseTouchesNothing) {
-    const HungSurface s = test::hung_on_tets(shapes::torus(16, 10), 3);
-    PosedTree a(tree_of(s), BoundKind::affine), b(tree_of(s), BoundKind::affine);
-    PairQuery query;
-    EXPECT_TRUE(query.intersecting(a, b).empty());
-    a.begin_pose_of_nodes(s.rest);
-    EXPECT_TRUE(query.intersecting(a, b).empty());
-    EXPECT_TRUE(query.intersecting(b, a).empty());
-    EXPECT_FALSE(ClosestQuery().closest(a, b));
-    ManyBodyQuery many;
-    PosedTree* const bodies[] = {&a, &b};
-    EXPECT_TRUE(many.within(bodies, 10).empty());
-}
-
-TEST(AffineQuery, ABodyMeetsItself) {
-    const HungSurface s = test::hung_on_tets(shapes::torus(24, 12), 3);
-    PosedTree a(tree_of(s), BoundKind::affine);
-    a.begin_pose_of_nodes(s.rest);
-    PairQuery query;
-    EXPECT_EQ(as_list(query.intersecting(a, a)),
-              test::brute_force_intersecting(s.surface.X, s.surface.F, s.surface.X, s.surface.F));
-}
-
 TEST(AffineQuery, TakesAPoseOfPositionsToo) {
     const HungSurface s = test::hung_on_tets(shapes::torus(24, 12), 3);
-    PosedTree a(tree_of(s), BoundKind::affine), b(tree_of(s), BoundKind::affine);
+    PosedTree a(test::hung_tree(s), BoundKind::affine), b(test::hung_tree(s), BoundKind::affine);
     const Vertices x = s.surface.X.rowwise() + Eigen::RowVector3f(0.3f, 0.1f, 0);
     PairQuery query;
     const auto expected = test::brute_force_intersecting(x, s.surface.F, s.surface.X, s.surface.F);
@@ -283,7 +235,7 @@ TEST(AffineQuery, TakesAPoseOfPositionsToo) {
     for (int round = 0; round < 2; ++round) {
         a.begin_pose(x);
         b.begin_pose_of_nodes(s.rest);
-        EXPECT_EQ(as_list(query.intersecting(a, b)), expected);
+        EXPECT_EQ(test::listed(query.intersecting(a, b)), expected);
         const Vertices nodes = s.rest.rowwise() + Eigen::RowVector3f(0, 0, 5);
         a.begin_pose_of_nodes(nodes);
         EXPECT_TRUE(query.intersecting(a, b).empty());
@@ -305,18 +257,14 @@ TEST(AffineQuery, HandlesOneFaceAndUnusedVertices) {
     surface.F << 4, 1, 2;
     const HungSurface one = test::hung_on_itself(surface),
                       other = test::hung_on_tets(shapes::torus(16, 10), 2);
-    const auto tree = [](const HungSurface& hung) {
-        CollisionTree result = make_exact_tree(hung.surface.X, hung.surface.F);
-        hang_on_nodes(result, hung.W, hung.rest);
-        return std::make_shared<const CollisionTree>(std::move(result));
-    };
-    PosedTree a(tree(one), BoundKind::affine), b(tree(other), BoundKind::affine);
+    PosedTree a(test::hung_tree(one), BoundKind::affine), b(test::hung_tree(other), BoundKind::affine);
     a.begin_pose_of_nodes(one.rest);
     b.begin_pose_of_nodes(other.rest);
     PairQuery query;
-    EXPECT_EQ(as_list(query.intersecting(a, b)),
+    EXPECT_EQ(test::listed(query.intersecting(a, b)),
               test::brute_force_intersecting(one.surface.X, one.surface.F, other.surface.X, other.surface.F));
-    EXPECT_EQ(as_list(query.within(a, b, 1e30f)).size(), static_cast<std::size_t>(other.surface.F.rows()));
+    EXPECT_EQ(test::listed(query.within(a, b, 1e30f)).size(),
+              static_cast<std::size_t>(other.surface.F.rows()));
 }
 
 }  // namespace

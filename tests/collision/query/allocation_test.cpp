@@ -83,7 +83,6 @@ void expect_no_allocations(PosedTree& a, PosedTree& b, const Vertices& rest, con
             query.intersecting(a, b);
             pairs += query.counters().face_pairs;
             query.within(a, b, 0.02f);
-            if (!is_box(a.kind())) query.leaf_pairs(a, b, 0.02f);
             closest.closest(a, b);
             pairs += static_cast<long>(many.intersecting(bodies).size());
             self.intersecting(a);
@@ -104,10 +103,8 @@ void expect_no_allocations(PosedTree& a, PosedTree& b, const Vertices& rest, con
 
 TEST(WarmQueries, AllocateNothing) {
     const auto s = shapes::torus(40, 24);
-    const auto tree =
-        std::make_shared<const CollisionTree>(shapes::full_tree(s, shapes::make_modes(s, 20, 200, 1)));
-    for (const BoundKind kind : bound_kinds) {
-        if (!has_bounds(*tree, kind)) continue;
+    const auto tree = shapes::shared_full_tree(s, 20, 200, 1);
+    for (const BoundKind kind : shapes::kinds_of(*tree)) {
         PosedTree a(tree, kind), b(tree, kind, kind == BoundKind::boxes ? 0.f : 0.1f);
         expect_no_allocations(
             a, b, s.X, [](PosedTree& body, const Vertices& x) { body.begin_pose(x); },
@@ -129,10 +126,8 @@ TEST(WarmQueries, AllocateNothingWithNetworksInFloats) {
 
 TEST(WarmQueries, AllocateNothingWithAffineBounds) {
     const test::HungSurface s = test::hung_on_tets(shapes::torus(60, 40), 4);
-    CollisionTree tree = make_exact_tree(s.surface.X, s.surface.F);
-    hang_on_nodes(tree, s.W, s.rest);
-    const auto shared = std::make_shared<const CollisionTree>(std::move(tree));
-    PosedTree a(shared, BoundKind::affine), b(shared, BoundKind::affine);
+    const auto tree = test::hung_tree(s);
+    PosedTree a(tree, BoundKind::affine), b(tree, BoundKind::affine);
     expect_no_allocations(
         a, b, s.rest, [](PosedTree& body, const Vertices& x) { body.begin_pose_of_nodes(x); },
         [](PosedTree& body, const Vertices& x, const Vertices& y) { body.begin_step_of_nodes(x, y); });
@@ -140,8 +135,7 @@ TEST(WarmQueries, AllocateNothingWithAffineBounds) {
 
 TEST(WarmQueries, AllocateNothingTheSecondTime) {
     const auto s = shapes::torus(60, 40);
-    const auto tree = std::make_shared<const CollisionTree>(
-        shapes::full_tree(s, shapes::make_modes(s, 20, 200, 1), {.depth = 2}));
+    const auto tree = shapes::shared_full_tree(s, 20, 200, 1, {.depth = 2});
     const Vertices y = s.X.rowwise() + Eigen::RowVector3f(0.3f, 0.2f, 0.1f);
     for (const BoundKind kind : {BoundKind::exact, BoundKind::bd, BoundKind::nbd, BoundKind::boxes}) {
         PosedTree a(tree, kind), b(tree, kind);
@@ -180,9 +174,8 @@ struct GrowingContact {
         return std::make_shared<const CollisionTree>(std::move(made));
     }
     std::vector<BoundKind> kinds() const {
-        std::vector<BoundKind> result;
-        for (const BoundKind kind : bound_kinds)
-            if (has_bounds(*tree, kind) && kind != BoundKind::automatic) result.push_back(kind);
+        std::vector<BoundKind> result = shapes::kinds_of(*tree);
+        std::erase(result, BoundKind::automatic);
         return result;
     }
     void begin(PosedTree& body, std::size_t pose) const {
@@ -209,8 +202,6 @@ struct AllQueries {
         found = pairs.intersecting(a, b).size();
         count(pairs.counters());
         pairs.within(a, b, 0.05f);
-        count(pairs.counters());
-        if (!is_box(a.kind())) pairs.leaf_pairs(a, b, 0.05f);
         count(pairs.counters());
         self.within(b, 0.01f);
         count(self.counters());

@@ -2,9 +2,9 @@
 
 #include <random>
 
-#include "collision/query/closest_query.hpp"
 #include "collision/query/many_body_query.hpp"
 #include "collision/query/pair_query.hpp"
+#include "collision/tree/auto_bounds.hpp"
 #include "tests/collision/models.hpp"
 #include "tests/collision/wide_tree/hung_surface.hpp"
 #include "tests/support/brute_force.hpp"
@@ -12,12 +12,9 @@
 namespace nbd {
 namespace {
 
-std::vector<FacePair> as_list(std::span<const FacePair> pairs) { return {pairs.begin(), pairs.end()}; }
-
 /// A torus with calibrated learned bounds.
 std::shared_ptr<const CollisionTree> learned_torus(const shapes::Surface& s) {
-    return std::make_shared<const CollisionTree>(
-        shapes::full_tree(s, shapes::make_modes(s, 6, 40, 1), {.depth = 4}));
+    return shapes::shared_full_tree(s, 6, 40, 1, {.depth = 4});
 }
 
 TEST(AutoQuery, TakesLearnedBoundsFromManyFacesOn) {
@@ -38,9 +35,9 @@ TEST(AutoQuery, TakesLearnedBoundsFromManyFacesOn) {
         for (const auto& [body, positions] : {std::pair(&a, &s.X), {&b, &y}, {&c, &s.X}, {&d, &y}})
             body->begin_pose(*positions);
         PairQuery query, other;
-        const auto found = as_list(query.intersecting(a, b));
+        const auto found = test::listed(query.intersecting(a, b));
         EXPECT_GT(found.size(), 100u);
-        EXPECT_EQ(found, as_list(other.intersecting(c, d)));
+        EXPECT_EQ(found, test::listed(other.intersecting(c, d)));
         EXPECT_EQ(a.chosen(), expected);
         EXPECT_EQ(query.counters().nodes_bounded, other.counters().nodes_bounded);
         a.begin_step(s.X, y);
@@ -56,13 +53,12 @@ TEST(AutoQuery, MixesWithEveryKind) {
                    y = shapes::moved(s.X, shapes::random_motion(random, 0.2f));
     const auto expected = test::brute_force_intersecting(x, s.F, y, s.F);
     ASSERT_GT(expected.size(), 10u);
-    for (const BoundKind kind : bound_kinds) {
-        if (!has_bounds(*tree, kind)) continue;
+    for (const BoundKind kind : shapes::kinds_of(*tree)) {
         PosedTree a(tree, BoundKind::automatic), b(tree, kind, can_miss(kind) ? 10.f : 0.f);
         a.begin_pose(x);
         b.begin_pose(y);
         PairQuery query;
-        const auto found = as_list(query.intersecting(a, b));
+        const auto found = test::listed(query.intersecting(a, b));
         EXPECT_EQ(found, expected) << name(kind) << ", of which spheres meet boxes as exact boxes";
         EXPECT_EQ(a.chosen(), BoundKind::boxes) << name(kind);
         EXPECT_EQ(b.chosen(), kind == BoundKind::automatic ? BoundKind::boxes : kind);
@@ -88,11 +84,11 @@ TEST(AutoQuery, OfAffineAndExactBoxesIsExact) {
         const auto expected = test::brute_force_intersecting(x, s.surface.F, y, s.surface.F);
         a.begin_pose(x);
         b.begin_pose_of_nodes(nodes);
-        EXPECT_EQ(as_list(query.intersecting(a, b)), expected);
+        EXPECT_EQ(test::listed(query.intersecting(a, b)), expected);
         EXPECT_EQ(a.chosen(), BoundKind::boxes);
         EXPECT_EQ(b.chosen(), BoundKind::affine);
         b.begin_pose(y);
-        EXPECT_EQ(as_list(query.intersecting(a, b)), expected);
+        EXPECT_EQ(test::listed(query.intersecting(a, b)), expected);
         EXPECT_EQ(b.chosen(), BoundKind::boxes);
         EXPECT_GT(expected.size(), 10u);
     }

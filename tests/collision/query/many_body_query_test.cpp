@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <limits>
 #include <memory>
@@ -43,8 +44,7 @@ class ManyBodies : public ::testing::TestWithParam<BoundKind> {
  protected:
     ManyBodies() {
         const shapes::Surface torus = shapes::torus(14, 8);
-        const auto tree = std::make_shared<const CollisionTree>(
-            shapes::full_tree(torus, shapes::make_modes(torus, 6, 40, 1)));
+        const auto tree = shapes::shared_full_tree(torus, 6, 40, 1);
         std::mt19937 random(6);
         for (int i = 0; i < 18; ++i) {
             x_.push_back(
@@ -139,17 +139,41 @@ TEST(ManyBodyQuery, FindsBodiesThatReachTheLargestNumber) {
     EXPECT_EQ(ManyBodyQuery().boxes_within(bodies, 0).size(), 1u);
 }
 
-TEST(ManyBodyQuery, FindsNothingForBodiesWithoutAPose) {
-    const shapes::Surface torus = shapes::torus(12, 8);
-    const auto tree = shared_exact_tree(torus.X, torus.F);
-    PosedTree a(tree, BoundKind::boxes), b(tree, BoundKind::exact), c(tree, BoundKind::boxes);
-    PosedTree* bodies[] = {&a, &b, &c};
-    ManyBodyQuery many;
-    EXPECT_TRUE(many.intersecting(bodies).empty());
-    EXPECT_TRUE(many.intersecting({}).empty());
-    a.begin_pose(torus.X);
-    c.begin_pose(torus.X);
-    EXPECT_EQ(many.intersecting(bodies).size(), 1u);
+TEST(Sweep, AgreesWithBruteForce) {
+    std::mt19937 random(3);
+    const auto draw = [&](float least, float most) {
+        return least + (most - least) * static_cast<float>(random() % 4096) / 4096;
+    };
+    std::size_t touching = 0, apart = 0;
+    Sweep sweep;
+    for (int round = 0; round < 20; ++round) {
+        std::vector<Box> boxes;
+        for (int i = 0; i < 40; ++i) {
+            const Eigen::Array4f lo(draw(0, 4), draw(0, 1), draw(0, 2), 0);
+            const Eigen::Array4f size(draw(0, 1), draw(0, 1), draw(0, 1), 0);
+            boxes.push_back(i % 9 == 4 ? empty_box() : Box{lo, lo + size});
+        }
+        std::vector<BodyIndices> expected;
+        for (int a = 0; a < 40; ++a)
+            for (int b = a + 1; b < 40; ++b) {
+                const Box &s = boxes[a], &t = boxes[b];
+                const bool touch = a % 9 != 4 && b % 9 != 4 && (s.lo <= t.hi).all() && (t.lo <= s.hi).all();
+                if (touch) expected.push_back({a, b});
+                ++(touch ? touching : apart);
+            }
+        EXPECT_TRUE(std::ranges::equal(sweep.touching(boxes), expected));
+    }
+    EXPECT_GT(touching, 500u);
+    EXPECT_GT(apart, 500u);
+}
+
+TEST(Sweep, CountsBoxesThatShareAFace) {
+    const Box left{{0, 0, 0, 0}, {1, 1, 1, 0}}, right{{1, 0, 0, 0}, {2, 1, 1, 0}};
+    Sweep sweep;
+    const auto pairs = sweep.touching(std::vector{right, left});
+    ASSERT_EQ(pairs.size(), 1u);
+    EXPECT_EQ(pairs[0], (BodyIndices{0, 1}));
+    EXPECT_TRUE(sweep.touching({}).empty());
 }
 
 }  // namespace

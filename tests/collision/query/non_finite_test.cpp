@@ -52,15 +52,44 @@ struct NonFinite : testing::Test {
     }
 };
 
-std::vector<FacePair> in_a_list(std::span<const FacePair> pairs) { return {pairs.begin(), pairs.end()}; }
+TEST_F(NonFinite, BodiesWithoutAPoseTouchNothing) {
+    constexpr float far = 2e19f;  // infinite when squared
+    const std::size_t faces = s.F.rows();
+    for (const BoundKind kind : shapes::kinds_of(*tree)) {
+        SCOPED_TRACE(name(kind));
+        PosedTree a = posed(kind), b = posed(kind);
+        PosedTree* const bodies[] = {&a, &b};
+        PairQuery query;
+        SelfQuery self;
+        const auto expect_nothing = [&] {
+            EXPECT_TRUE(query.intersecting(a, b).empty());
+            EXPECT_TRUE(query.intersecting(b, a).empty());
+            EXPECT_TRUE(query.within(a, b, far).empty());
+            EXPECT_TRUE(query.boxes_within(a, b, far).empty());
+            EXPECT_TRUE(self.boxes_within(b, far).empty());
+            EXPECT_FALSE(ClosestQuery().closest(a, b));
+            EXPECT_TRUE(ManyBodyQuery().within(bodies, 10).empty());
+            EXPECT_TRUE((b.whole().lo > b.whole().hi).any());
+        };
+        expect_nothing();
+        a.begin_pose(s.X);
+        EXPECT_FALSE((a.whole().lo > a.whole().hi).any());
+        expect_nothing();
+        b.begin_pose(other);
+        EXPECT_EQ(query.within(a, b, far).size(), faces * faces);
+        EXPECT_EQ(ManyBodyQuery().within(bodies, 10).size(), 1u);
+        EXPECT_EQ(self.boxes_within(b, far).size(), (faces * (faces - 1) - 12 * faces) / 2)
+            << "all but the twelve around each face";
+    }
+    EXPECT_TRUE(ManyBodyQuery().intersecting({}).empty());
+}
 
 constexpr bool reads_all_at_once(BoundKind kind) {
     return is_exact(kind) || kind == BoundKind::affine;  // without nodes, `affine` is like `boxes`
 }
 
 TEST_F(NonFinite, PositionsAreRefusedWhereTheyAreRead) {
-    for (const BoundKind kind : bound_kinds) {
-        if (!has_bounds(*tree, kind)) continue;
+    for (const BoundKind kind : shapes::kinds_of(*tree)) {
         PosedTree a = posed(kind), b = posed(kind);
         b.begin_pose(other);
         for (const float bad : {NAN, INFINITY, -INFINITY})
@@ -84,7 +113,7 @@ TEST_F(NonFinite, PositionsAreRefusedWhereTheyAreRead) {
                     // Either the query reads the vertex and says so, or the vertex has no part in the answer.
                     std::vector<FacePair> pairs;
                     const std::string in_query =
-                        test::refusal([&] { pairs = in_a_list(query.intersecting(a, b)); });
+                        test::refusal([&] { pairs = test::listed(query.intersecting(a, b)); });
                     if (vertex == touching_vertex())
                         EXPECT_TRUE(in_query.starts_with(expected_error)) << name(kind) << ": " << in_query;
                     else if (in_query.empty())
@@ -100,7 +129,7 @@ TEST_F(NonFinite, PositionsAreRefusedWhereTheyAreRead) {
                     EXPECT_TRUE(at_once.starts_with(expected_error)) << name(kind) << ": " << at_once;
                 }
                 a.begin_pose(s.X);
-                EXPECT_EQ(in_a_list(query.intersecting(a, b)), contact) << name(kind);
+                EXPECT_EQ(test::listed(query.intersecting(a, b)), contact) << name(kind);
             }
     }
 }
@@ -159,17 +188,7 @@ TEST_F(NonFinite, BothEndsOfAStepAreChecked) {
         }
 }
 
-TEST_F(NonFinite, EmbeddedPositionsAndManyBodiesTellOfIt) {
-    EmbeddedPositions surface({hung.W.outerIndexPtr(), static_cast<std::size_t>(hung.W.rows()) + 1},
-                              {hung.W.innerIndexPtr(), static_cast<std::size_t>(hung.W.nonZeros())},
-                              {hung.W.valuePtr(), static_cast<std::size_t>(hung.W.nonZeros())},
-                              hung.rest.rows());
-    Vertices nodes = hung.rest;
-    nodes(5, 1) = NAN;
-    surface.begin_pose(nodes);
-    PosedTree lazy = posed(BoundKind::nbd);
-    EXPECT_TRUE(test::refusal([&] { lazy.begin_pose(surface); }).starts_with("position of node 5 is ("));
-
+TEST_F(NonFinite, ManyBodiesTellOfIt) {
     // A vertex of a face in contact that the start of a pose does not read.
     const std::vector<int>& read = tree->nbd->modes.representatives;
     const auto unread = std::ranges::find_if(
@@ -200,7 +219,7 @@ TEST_F(NonFinite, HugeFinitePositionsAreNoError) {
     a.begin_pose(huge);
     b.begin_pose(other);
     PairQuery query;
-    EXPECT_EQ(in_a_list(query.intersecting(a, b)), test::brute_force_intersecting(huge, s.F, other, s.F));
+    EXPECT_EQ(test::listed(query.intersecting(a, b)), test::brute_force_intersecting(huge, s.F, other, s.F));
 }
 
 TEST_F(NonFinite, OtherNumbersOfRowsAreRefusedInAllBuilds) {
@@ -231,18 +250,11 @@ TEST_F(NonFinite, OtherNumbersOfRowsAreRefusedInAllBuilds) {
         test::refusal([&] { plain.begin_step_of_nodes(hung.rest, hung.rest); }),
         "poses of nodes need affine or auto bounds and a tree that hangs on nodes; these are auto, of a "
         "tree that does not");
-    EmbeddedPositions surface({hung.W.outerIndexPtr(), static_cast<std::size_t>(hung.W.rows()) + 1},
-                              {hung.W.innerIndexPtr(), static_cast<std::size_t>(hung.W.nonZeros())},
-                              {hung.W.valuePtr(), static_cast<std::size_t>(hung.W.nonZeros())},
-                              hung.rest.rows());
-    EXPECT_EQ(test::refusal([&] { surface.begin_pose(nodes); }),
-              "nodes: 3 rows, but the surface hangs on " + carriers);
 }
 
 TEST_F(NonFinite, PositionsOfARefusedPoseAreNotReadAnyMore) {
     // Under the address sanitizer this fails if anything still refers to the array.
-    for (const BoundKind kind : bound_kinds) {
-        if (!has_bounds(*tree, kind)) continue;
+    for (const BoundKind kind : shapes::kinds_of(*tree)) {
         PosedTree a = posed(kind), b = posed(kind);
         b.begin_pose(other);
         {

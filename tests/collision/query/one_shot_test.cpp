@@ -101,12 +101,6 @@ TEST(OneShot, FindsTheClosestPointsThatBruteForceFinds) {
     EXPECT_GE(touching, 2);
 }
 
-TEST(OneShot, FindsNothingBetweenSurfacesThatAreApart) {
-    const auto [a, b] = pose(20, 1);
-    EXPECT_TRUE(intersecting_faces(a.X, a.F, b.X, b.F).empty());
-    EXPECT_TRUE(face_pairs_within(a.X, a.F, b.X, b.F, 1).empty());
-}
-
 TEST(OneShot, TakesPlainArraysAndPartsOfThem) {
     // Two triangles that cross, as a caller's own arrays hold them.
     const float xa[] = {0, 0, 0, 1, 0, 0, 0, 1, 0}, xb[] = {9, 9, 9, .2f, .2f, -1, .2f, .2f, 1, .3f, .2f, 1};

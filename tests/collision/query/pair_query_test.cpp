@@ -10,6 +10,7 @@
 #include <string>
 
 #include "collision/nbd_tree/leaf_boxes.hpp"
+#include "tests/collision/wide_tree/hung_surface.hpp"
 #include "tests/support/brute_force.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/shapes.hpp"
@@ -25,8 +26,6 @@ PosedTree exact_tree(const Surface& s, const SphereTreeConfig& config = {},
                      BoundKind kind = BoundKind::exact) {
     return {shared_exact_tree(s.X, s.F, config), kind};
 }
-
-std::vector<FacePair> copied(std::span<const FacePair> pairs) { return {pairs.begin(), pairs.end()}; }
 
 struct Case {
     const char* name;
@@ -71,12 +70,13 @@ TEST(PairQuery, AgreesWithBruteForceInRandomPoses) {
             a.begin_pose(x);
             b.begin_pose(y);
             const auto expected = brute_force_intersecting(x, c.a.F, y, c.b.F);
-            EXPECT_EQ(copied(query.intersecting(a, b)), expected) << c.name << ", pose " << pose;
+            EXPECT_EQ(test::listed(query.intersecting(a, b)), expected) << c.name << ", pose " << pose;
             EXPECT_EQ(query.counters().face_pairs, static_cast<long>(expected.size()));
             boxes_a.begin_pose(x);
             boxes_b.begin_pose(y);
-            EXPECT_EQ(copied(query.intersecting(boxes_a, boxes_b)), expected) << "boxes of " << c.name;
-            EXPECT_EQ(copied(query.intersecting(boxes_a, b)), expected) << "boxes and spheres of " << c.name;
+            EXPECT_EQ(test::listed(query.intersecting(boxes_a, boxes_b)), expected) << "boxes of " << c.name;
+            EXPECT_EQ(test::listed(query.intersecting(boxes_a, b)), expected)
+                << "boxes and spheres of " << c.name;
             ++(expected.empty() ? apart_poses : touching_poses);
             pairs += expected.size();
         }
@@ -104,15 +104,15 @@ TEST(PairQuery, WithinAgreesWithBruteForce) {
         intersecting += query.intersecting(a, b).size();
         for (const float distance : {0.f, 0.01f, 0.1f}) {
             const auto expected = brute_force_within(x, s.F, y, t.F, distance);
-            EXPECT_EQ(copied(query.within(a, b, distance)), expected)
+            EXPECT_EQ(test::listed(query.within(a, b, distance)), expected)
                 << "pose " << pose << ", " << distance << " m";
-            EXPECT_EQ(copied(query.within(boxes_a, b, distance)), expected) << "boxes";
+            EXPECT_EQ(test::listed(query.within(boxes_a, b, distance)), expected) << "boxes";
             pairs += expected.size();
             const auto boxes = test::sorted(query.boxes_within(a, b, distance));
             EXPECT_TRUE(std::ranges::includes(boxes, expected));
             boxes_within += boxes.size();
         }
-        EXPECT_EQ(copied(query.within(a, b, 0)), copied(query.intersecting(a, b)));
+        EXPECT_EQ(test::listed(query.within(a, b, 0)), test::listed(query.intersecting(a, b)));
     }
     EXPECT_GT(intersecting, 50u);
     EXPECT_GT(pairs, 10 * intersecting);
@@ -133,7 +133,6 @@ TEST(PairQuery, CountsPairsAtExactlyTheGivenDistance) {
         PairQuery query;
         EXPECT_EQ(query.within(a, b, gap).size(), 1u) << gap;
         EXPECT_EQ(query.within(a, b, std::nextafter(gap, 0.f)).size(), 0u) << gap;
-        EXPECT_EQ(query.leaf_pairs(a, b, gap).size(), 1u) << gap;
     }
 }
 
@@ -151,25 +150,6 @@ TEST(PairQuery, CountsFacesThatTouchInAPoint) {
     EXPECT_EQ(query.intersecting(a, b).size(), 9u);
 }
 
-TEST(PairQuery, FindsNothingBeforeTheFirstPose) {
-    const Surface s = shapes::torus(12, 8);
-    PosedTree a = exact_tree(s), b = exact_tree(s);
-    PairQuery query;
-    constexpr float far = 2e19f;  // infinite when squared
-    EXPECT_TRUE(query.intersecting(a, b).empty());
-    EXPECT_TRUE(query.within(a, b, far).empty());
-    EXPECT_TRUE(query.leaf_pairs(a, b).empty());
-    EXPECT_TRUE((a.whole().lo > a.whole().hi).any());
-    a.begin_pose(s.X);
-    EXPECT_FALSE((a.whole().lo > a.whole().hi).any());
-    EXPECT_TRUE(query.leaf_pairs(a, b, far).empty());
-    EXPECT_TRUE(query.intersecting(a, b).empty());
-    EXPECT_TRUE(query.boxes_within(a, b, far).empty());
-    b.begin_pose(s.X);
-    EXPECT_FALSE(query.intersecting(a, b).empty());
-    EXPECT_EQ(static_cast<Eigen::Index>(query.within(a, b, far).size()), s.F.rows() * s.F.rows());
-}
-
 TEST(PairQuery, RefusesDistancesAndBodiesThatItCannotUse) {
     const Surface s = shapes::torus(12, 8);
     PosedTree a = exact_tree(s), b = exact_tree(s);
@@ -180,59 +160,21 @@ TEST(PairQuery, RefusesDistancesAndBodiesThatItCannotUse) {
     const std::string negative = "distance is -1 m, allowed: finite, 0 or more";
     EXPECT_EQ(test::refusal([&] { query.within(a, b, -1); }), negative);
     EXPECT_EQ(test::refusal([&] { query.boxes_within(a, b, -1); }), negative);
-    EXPECT_EQ(test::refusal([&] { query.leaf_pairs(a, b, -1); }), negative);
     EXPECT_EQ(test::refusal([&] { query.within(a, b, infinite); }),
               "distance is inf m, allowed: finite, 0 or more");
     EXPECT_EQ(test::refusal([&] { query.box_leaves_within(a, b, 0, [](int, int) { return 0.f; }); }),
               "leaves of box trees of a body with exact bounds; allowed: boxes, affine, learned_affine");
-    PosedTree boxes = exact_tree(s, {}, BoundKind::boxes);
-    boxes.begin_pose(s.X);
-    EXPECT_EQ(test::refusal([&] { query.leaf_pairs(a, boxes); }),
-              "leaves of NBD-Trees of a body with boxes bounds; allowed: exact, bd, nbd, in a pose");
 }
 
 TEST(PairQuery, QueriesATreeAgainstItself) {
-    const Surface s = shapes::torus(16, 12);
+    const test::HungSurface hung = test::hung_on_itself(shapes::torus(16, 12));
+    const Surface& s = hung.surface;
     PairQuery query;
-    for (const BoundKind kind : {BoundKind::exact, BoundKind::boxes}) {
-        PosedTree tree = exact_tree(s, {.depth = 3}, kind);
-        tree.begin_pose(s.X);
-        EXPECT_EQ(copied(query.intersecting(tree, tree)), brute_force_intersecting(s.X, s.F, s.X, s.F));
+    for (const BoundKind kind : {BoundKind::exact, BoundKind::boxes, BoundKind::affine}) {
+        PosedTree tree(test::hung_tree(hung, {.depth = 3}), kind);
+        kind == BoundKind::affine ? tree.begin_pose_of_nodes(s.X) : tree.begin_pose(s.X);
+        EXPECT_EQ(test::listed(query.intersecting(tree, tree)), brute_force_intersecting(s.X, s.F, s.X, s.F));
     }
-}
-
-TEST(PairQuery, LeafPairsHaveCollidingSpheresAndHoldAllTouchingFaces) {
-    std::mt19937 random(2);
-    const Surface s = shapes::torus(24, 16);
-    PosedTree a = exact_tree(s, {.depth = 4}), b = exact_tree(s, {.depth = 5});
-    PairQuery query;
-    std::size_t found = 0;
-    for (int pose = 0; pose < 10; ++pose) {
-        const Vertices x = shapes::moved(s.X, shapes::random_motion(random, 0.4f));
-        const Vertices y = shapes::moved(s.X, shapes::random_motion(random, 0.4f));
-        const float distance = pose % 2 == 0 ? 0.f : 0.1f;
-        a.begin_pose(x);
-        b.begin_pose(y);
-        const std::span<const LeafPair> pairs = query.leaf_pairs(a, b, distance);
-        found += pairs.size();
-        EXPECT_TRUE(std::ranges::is_sorted(pairs));
-        for (const LeafPair& pair : pairs) {
-            EXPECT_TRUE(a.tree().spheres.nodes[pair.a].is_leaf());
-            EXPECT_TRUE(b.tree().spheres.nodes[pair.b].is_leaf());
-            const Sphere &sa = a.sphere(pair.a), &sb = b.sphere(pair.b);
-            EXPECT_LE((sa.c - sb.c).norm(), (sa.r + sb.r + distance) * 1.00001f);
-        }
-        // Inner spheres of a wrapped hierarchy contain the faces below them, so leaves with touching faces
-        // are always reached.
-        for (const FacePair& faces : brute_force_intersecting(x, s.F, y, s.F)) {
-            const auto holds = [&](const LeafPair& pair) {
-                return std::ranges::count(a.tree().spheres.node_faces(pair.a), faces.a) == 1 &&
-                       std::ranges::count(b.tree().spheres.node_faces(pair.b), faces.b) == 1;
-            };
-            EXPECT_EQ(std::ranges::count_if(pairs, holds), 1);
-        }
-    }
-    EXPECT_GT(found, 100u);
 }
 
 TEST(PairQuery, BoxLeavesHoldAllPairsWhoseBoxesAreNear) {
@@ -317,20 +259,6 @@ TEST(PairQuery, BoundsANodeOncePerPoseAndOnlyIfItsParentCollides) {
     EXPECT_GT(query.counters().boxes_refitted, 0);
 }
 
-TEST(PairQuery, AgreesWithBruteForceAfterPosesThatJump) {
-    const Surface s = shapes::sphere(16, 20);
-    PosedTree a = exact_tree(s), b = exact_tree(s);
-    PairQuery query;
-    std::mt19937 random(3);
-    for (int pose = 0; pose < 6; ++pose) {
-        const Vertices x = shapes::moved(s.X, shapes::random_motion(random, 0.4f)), y = s.X;
-        a.begin_pose(x);
-        b.begin_pose(y);
-        EXPECT_EQ(copied(query.intersecting(a, b)), brute_force_intersecting(x, s.F, y, s.F));
-        EXPECT_EQ(copied(query.intersecting(b, a)), brute_force_intersecting(y, s.F, x, s.F));
-    }
-}
-
 Surface read_obj(const std::filesystem::path& path) {
     std::vector<Eigen::Vector3f> X;
     std::vector<Eigen::Vector3i> F;
@@ -359,7 +287,7 @@ void expect_pairs_of_brute_force(const Surface& first, const Surface& second, st
     b.begin_pose(y);
     const auto expected = brute_force_intersecting(x, first.F, y, second.F);
     EXPECT_GT(expected.size(), least);
-    EXPECT_EQ(copied(query.intersecting(a, b)), expected);
+    EXPECT_EQ(test::listed(query.intersecting(a, b)), expected);
 }
 
 TEST(PairQuery, AgreesWithBruteForceOnScannedMeshes) {

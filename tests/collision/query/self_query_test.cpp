@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "collision/geometry/box.hpp"
 #include "collision/geometry/closest_points.hpp"
-#include "collision/geometry/separation.hpp"
 #include "collision/geometry/triangle_triangle.hpp"
 #include "tests/collision/models.hpp"
 #include "tests/collision/wide_tree/hung_surface.hpp"
@@ -24,8 +24,6 @@ namespace {
 
 using shapes::Surface;
 using test::HungSurface;
-
-std::vector<FacePair> list_of(std::span<const FacePair> pairs) { return {pairs.begin(), pairs.end()}; }
 
 bool share_a_vertex(const Faces& F, const FacePair& pair) {
     for (int i = 0; i < 3; ++i)
@@ -81,9 +79,7 @@ float size_of(const Vertices& x) { return (x.colwise().maxCoeff() - x.colwise().
 class ExactBodies {
  public:
     explicit ExactBodies(const HungSurface& hung, const SphereTreeConfig& config = {}) : hung_(hung) {
-        CollisionTree tree = make_exact_tree(hung.surface.X, hung.surface.F, config);
-        hang_on_nodes(tree, hung.W, hung.rest);
-        const auto shared = std::make_shared<const CollisionTree>(std::move(tree));
+        const auto shared = test::hung_tree(hung, config);
         for (const BoundKind kind :
              {BoundKind::affine, BoundKind::boxes, BoundKind::exact, BoundKind::automatic})
             bodies_.emplace_back(shared, kind);
@@ -101,16 +97,12 @@ class ExactBodies {
                 body.begin_pose_of_nodes(nodes);
             else
                 body.begin_pose(x);
-            EXPECT_EQ(difference(list_of(query_.intersecting(body)), touching), "") << name(body.kind());
+            EXPECT_EQ(difference(test::listed(query_.intersecting(body)), touching), "") << name(body.kind());
             EXPECT_EQ(query_.counters().face_pairs, static_cast<long>(touching.size()));
-            EXPECT_EQ(difference(list_of(query_.within(body, distance)), near), "") << name(body.kind());
-            auto boxes = list_of(query_.boxes_within(body, distance));
+            EXPECT_EQ(difference(test::listed(query_.within(body, distance)), near), "") << name(body.kind());
+            auto boxes = test::listed(query_.boxes_within(body, distance));
             std::ranges::sort(boxes);
-            if (is_box(body.kind())) {
-                EXPECT_EQ(difference(boxes, near_boxes), "") << name(body.kind());
-            } else {
-                EXPECT_TRUE(std::ranges::includes(near_boxes, boxes)) << name(body.kind());
-            }
+            EXPECT_EQ(difference(boxes, near_boxes), "") << name(body.kind());
             EXPECT_TRUE(std::ranges::includes(boxes, near)) << name(body.kind());
         }
         return touching.size();
@@ -203,26 +195,24 @@ TEST(SelfQuery, FindsWhereAFoldedSheetTouchesItself) {
     std::erase_if(expected, [&](const FacePair& pair) { return at_rest->contains(pair.b, pair.a); });
     EXPECT_LT(expected.size(), before / 2);
     EXPECT_GT(expected.size(), 100u);
-    EXPECT_EQ(list_of(contacts.within(body, 0.06f)), expected);
+    EXPECT_EQ(test::listed(contacts.within(body, 0.06f)), expected);
     PosedTree spheres(shared_exact_tree(sheet.X, sheet.F), BoundKind::exact);
     spheres.begin_pose(folded);
-    EXPECT_EQ(list_of(contacts.within(spheres, 0.06f)), expected);
+    EXPECT_EQ(test::listed(contacts.within(spheres, 0.06f)), expected);
 }
 
 TEST(SelfQuery, FindsASubsetWithLearnedBounds) {
     std::mt19937 random(4);
     const Surface s = shapes::torus(40, 24);
-    const auto tree =
-        std::make_shared<const CollisionTree>(shapes::full_tree(s, shapes::make_modes(s, 20, 200, 1)));
+    const auto tree = shapes::shared_full_tree(s, 20, 200, 1);
     SelfQuery query;
-    for (const BoundKind kind : bound_kinds) {
-        if (!has_bounds(*tree, kind) || kind == BoundKind::affine) continue;
+    for (const BoundKind kind : shapes::kinds_of(*tree)) {
         PosedTree body(tree, kind);
         std::size_t found = 0;
         for (int pose = 0; pose < 6; ++pose) {
             const Vertices x = test::wild_pose(s.X, 3 * (pose % 2), random);
             body.begin_pose(x);
-            const auto expected = intersecting(x, s.F), pairs = list_of(query.intersecting(body));
+            const auto expected = intersecting(x, s.F), pairs = test::listed(query.intersecting(body));
             EXPECT_TRUE(std::ranges::includes(expected, pairs)) << name(kind);
             if (!can_miss(kind)) {
                 EXPECT_EQ(pairs, expected) << name(kind);
@@ -230,19 +220,6 @@ TEST(SelfQuery, FindsASubsetWithLearnedBounds) {
             found += pairs.size();
         }
         EXPECT_GT(found, 1000u) << name(kind);
-    }
-}
-
-TEST(SelfQuery, FindsNothingBeforeTheFirstPose) {
-    const Surface s = shapes::torus(12, 8);
-    SelfQuery query;
-    for (const BoundKind kind : {BoundKind::boxes, BoundKind::exact}) {
-        PosedTree body(shared_exact_tree(s.X, s.F), kind);
-        EXPECT_TRUE(query.boxes_within(body, 2e19f).empty());
-        body.begin_pose(s.X);
-        const std::size_t all = s.F.rows();
-        EXPECT_EQ(query.boxes_within(body, 2e19f).size(), (all * (all - 1) - 12 * all) / 2)
-            << "all but the twelve around each face";
     }
 }
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "collision/geometry/separation.hpp"
+#include "collision/geometry/box.hpp"
 #include "collision/query/closest_query.hpp"
 #include "collision/query/many_body_query.hpp"
 #include "collision/query/pair_query.hpp"
@@ -19,8 +19,6 @@ namespace nbd {
 namespace {
 
 using test::HungSurface;
-
-std::vector<FacePair> listed(std::span<const FacePair> pairs) { return {pairs.begin(), pairs.end()}; }
 
 /// A body's nodes and surface at both ends of a step.
 struct Step {
@@ -77,12 +75,6 @@ std::vector<FacePair> without_neighbours(std::vector<FacePair> pairs, const Face
 constexpr BoundKind walked_by_boxes[] = {BoundKind::affine, BoundKind::boxes, BoundKind::exact,
                                          BoundKind::automatic};
 
-std::shared_ptr<const CollisionTree> tree_on_nodes(const HungSurface& hung) {
-    CollisionTree tree = make_exact_tree(hung.surface.X, hung.surface.F, {.depth = 4});
-    hang_on_nodes(tree, hung.W, hung.rest);
-    return std::make_shared<const CollisionTree>(std::move(tree));
-}
-
 /// From one wild pose to another one nearby.
 Step wild_step(const HungSurface& hung, int kind, std::mt19937& random) {
     const Vertices start = test::wild_pose(hung.rest, kind, random),
@@ -114,8 +106,8 @@ TEST(StepQuery, FindsTheFacesWhoseBoxesOverTheStepAreNear) {
                 found += expected.size();
                 neighbours += expected_self.size();
                 for (const BoundKind of_a : walked_by_boxes) {
-                    PosedTree tree_a(tree_on_nodes(s), of_a),
-                        tree_b(tree_on_nodes(t), of_a == BoundKind::affine ? BoundKind::boxes : of_a);
+                    PosedTree tree_a(test::hung_tree(s), of_a),
+                        tree_b(test::hung_tree(t), of_a == BoundKind::affine ? BoundKind::boxes : of_a);
                     a.begin(tree_a);
                     b.begin(tree_b);
                     EXPECT_EQ(test::sorted(query.boxes_within(tree_a, tree_b, distance)), expected)
@@ -137,7 +129,7 @@ TEST(StepQuery, LeavesOutNoFacesThatAreNearAtAnyTime) {
     std::mt19937 random(2);
     const HungSurface s = test::hung_on_tets(shapes::torus(24, 12), 3),
                       t = test::hung_on_tets(shapes::sphere(10, 12, 0.2f), 4);
-    PosedTree a(tree_on_nodes(s), BoundKind::affine), b(tree_on_nodes(t), BoundKind::affine);
+    PosedTree a(test::hung_tree(s), BoundKind::affine), b(test::hung_tree(t), BoundKind::affine);
     PairQuery query;
     constexpr float distance = 0.02f;
     std::size_t near = 0, missed_at_ends = 0;
@@ -214,22 +206,20 @@ TEST(StepQuery, TakesSpheresInAPoseForBoxesThatDoNotMove) {
 TEST(StepQuery, SeesThePoseAtTheEndInAllOtherQueries) {
     std::mt19937 random(3);
     const shapes::Surface s = shapes::torus(40, 24);
-    const auto tree =
-        std::make_shared<const CollisionTree>(shapes::full_tree(s, shapes::make_modes(s, 20, 200, 1)));
+    const auto tree = shapes::shared_full_tree(s, 20, 200, 1);
     const Vertices start = shapes::wobbled(s.X, random, 0.05f),
                    end = shapes::moved(start, shapes::random_motion(random, 0.3f)),
                    later = shapes::moved(start, shapes::random_motion(random, 0.3f));
     const auto expected = test::brute_force_intersecting(end, s.F, start, s.F);
     ASSERT_GT(expected.size(), 100u);
-    for (const BoundKind kind : bound_kinds) {
-        if (!has_bounds(*tree, kind) || kind == BoundKind::affine) continue;
+    for (const BoundKind kind : shapes::kinds_of(*tree)) {
         PosedTree a(tree, kind), b(tree, BoundKind::boxes), other(tree, kind);
         PairQuery query;
         b.begin_pose(start);
         for (int round = 0; round < 2; ++round) {
             a.begin_step(start, end);
             other.begin_pose(end);
-            EXPECT_EQ(listed(query.intersecting(a, b)), expected) << name(kind);
+            EXPECT_EQ(test::listed(query.intersecting(a, b)), expected) << name(kind);
             const auto expect_the_same_pose = [&](const char* when) {
                 if (is_box(kind)) return;
                 EXPECT_EQ(a.sphere(3).c, other.sphere(3).c) << name(kind) << when;
@@ -238,7 +228,8 @@ TEST(StepQuery, SeesThePoseAtTheEndInAllOtherQueries) {
             a.begin_pose(later);
             other.begin_pose(later);
             expect_the_same_pose(" after the step");
-            EXPECT_EQ(listed(query.intersecting(a, b)), listed(query.intersecting(other, b))) << name(kind);
+            EXPECT_EQ(test::listed(query.intersecting(a, b)), test::listed(query.intersecting(other, b)))
+                << name(kind);
             EXPECT_EQ(test::sorted(query.boxes_within(a, b, 0)),
                       test::sorted(query.boxes_within(other, b, 0)));
         }
@@ -251,7 +242,7 @@ TEST(StepQuery, TakesNodesWithRoomBetweenRows) {
     both.setConstant(1e9f);
     both.leftCols<3>() = hung.rest;
     both.middleCols<3>(4) = hung.rest.rowwise() + Eigen::RowVector3f(0.2f, 0.1f, 0);
-    PosedTree a(tree_on_nodes(hung), BoundKind::affine), b(tree_on_nodes(hung), BoundKind::affine);
+    PosedTree a(test::hung_tree(hung), BoundKind::affine), b(test::hung_tree(hung), BoundKind::affine);
     const Vertices start = both.leftCols<3>(), end = both.middleCols<3>(4);
     SelfQuery query;
     a.begin_step_of_nodes(VertexView(both.data(), both.rows(), 8),

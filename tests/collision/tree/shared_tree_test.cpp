@@ -32,15 +32,13 @@ std::vector<std::vector<FacePair>> answers(const std::shared_ptr<const Collision
 /// For the thread sanitizer: reports data that queries of one tree share.
 TEST(SharedTree, GivesTheSameAnswersToThreadsWithTheirOwnQueries) {
     const shapes::Surface s = shapes::torus(24, 16);
-    const auto tree =
-        std::make_shared<const CollisionTree>(shapes::full_tree(s, shapes::make_modes(s, 12, 80, 1)));
+    const auto tree = shapes::shared_full_tree(s, 12, 80, 1);
     std::mt19937 random(3);
     std::vector<Vertices> poses;
     for (int i = 0; i < 6; ++i)
         poses.push_back(
             shapes::moved(shapes::wobbled(s.X, random, 0.05f), shapes::random_motion(random, 0.3f)));
-    for (const BoundKind kind : bound_kinds) {
-        if (!has_bounds(*tree, kind)) continue;
+    for (const BoundKind kind : shapes::kinds_of(*tree)) {
         const auto expected = answers(tree, kind, poses);
         std::vector<std::vector<std::vector<FacePair>>> results(4);
         {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 namespace nbd::test {
@@ -84,6 +85,12 @@ HungSurface hung_on_itself(const shapes::Surface& surface) {
     HungSurface hung{surface, SurfaceEmbedding(surface.X.rows(), surface.X.rows()), surface.X};
     hung.W.setIdentity();
     return hung;
+}
+
+std::shared_ptr<const CollisionTree> hung_tree(const HungSurface& hung, const SphereTreeConfig& config) {
+    CollisionTree tree = make_exact_tree(hung.surface.X, hung.surface.F, config);
+    hang_on_nodes(tree, hung.W, hung.rest);
+    return std::make_shared<const CollisionTree>(std::move(tree));
 }
 
 Vertices wild_pose(const Vertices& rest, int kind, std::mt19937& random) {

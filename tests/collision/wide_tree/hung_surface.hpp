@@ -1,8 +1,10 @@
 #pragma once
 
+#include <memory>
 #include <random>
 
 #include "collision/geometry/embedding.hpp"
+#include "collision/tree/collision_tree.hpp"
 #include "tests/support/shapes.hpp"
 
 namespace nbd::test {
@@ -23,6 +25,9 @@ HungSurface hung_on_tets(const shapes::Surface& surface, int cells);
 
 /// A surface whose vertices are the nodes.
 HungSurface hung_on_itself(const shapes::Surface& surface);
+
+/// A tree of the surface with `affine` bounds besides the exact ones.
+std::shared_ptr<const CollisionTree> hung_tree(const HungSurface& hung, const SphereTreeConfig& config = {});
 
 /// Poses of nodes that no simulator would give: twisted, crushed to a plane, turned inside out, scattered,
 /// far away, tiny.

@@ -9,7 +9,6 @@
 #include <memory>
 #include <vector>
 
-#include "collision/geometry/bounding_box.hpp"
 #include "collision/tree/collision_tree.hpp"
 #include "tests/collision/wide_tree/hung_surface.hpp"
 #include "tests/support/error_of.hpp"
@@ -19,11 +18,7 @@ namespace {
 
 using test::HungSurface;
 
-std::shared_ptr<const AffineModel> model_of(const HungSurface& hung) {
-    CollisionTree tree = make_exact_tree(hung.surface.X, hung.surface.F);
-    hang_on_nodes(tree, hung.W, hung.rest);
-    return tree.affine;
-}
+std::shared_ptr<const AffineModel> model_of(const HungSurface& hung) { return test::hung_tree(hung)->affine; }
 
 std::vector<HungSurface> hung_surfaces() {
     return {test::hung_on_lattice(shapes::torus(120, 60), 3), test::hung_on_lattice(shapes::torus(60, 50), 9),
@@ -70,6 +65,47 @@ void expect_bounds(PosedWideTree& boxes, const Vertices& x) {
             ASSERT_EQ(Eigen::RowVector3f(opened.x[i].head<3>().matrix().transpose()), p)
                 << "vertex " << vertices[i];
         }
+    }
+}
+
+/// Node numbers as places of first coordinates.
+std::vector<std::int32_t> places(std::vector<std::int32_t> nodes) {
+    for (std::int32_t& node : nodes) node *= 3;
+    return nodes;
+}
+
+TEST(NodeLists, AreBoundedWhateverTheirLength) {
+    constexpr int count = 10;
+    const std::vector<std::vector<std::int32_t>> lists = {places({9}),
+                                                          places({0}),
+                                                          places({1, 2, 3, 4, 5}),
+                                                          places({0, 3, 6, 8, 9}),
+                                                          places({2, 4, 6, 8}),
+                                                          places({0, 1, 2, 3, 4, 5, 6, 7, 8, 9})};
+    const std::vector<std::span<const std::int32_t>> spans(lists.begin(), lists.end());
+    const NodeLists node_lists(spans, count);
+    std::mt19937 random(1);
+    std::vector<float> x(3 * count);  // no number behind it: a sanitizer notices if one is read
+    for (float& number : x) number = shapes::uniform(random);
+    std::vector<Box> boxes(lists.size());
+    EXPECT_TRUE(node_lists.boxes(x.data(), boxes));
+    for (std::size_t l = 0; l < lists.size(); ++l) {
+        Box expected = empty_box();
+        for (const std::int32_t place : lists[l]) {
+            const float* p = x.data() + place;
+            const Eigen::Array4f point(p[0], p[1], p[2], 0);
+            expected = joined(expected, {point, point});
+        }
+        EXPECT_TRUE((boxes[l].lo == expected.lo).all() && (boxes[l].hi == expected.hi).all()) << l;
+    }
+    for (float& number : x) {
+        const float before = number;
+        for (const float wrong :
+             {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+            number = wrong;
+            EXPECT_FALSE(node_lists.boxes(x.data(), boxes)) << &number - x.data();
+        }
+        number = before;
     }
 }
 
@@ -157,12 +193,13 @@ TEST(AffineBoxes, FromNodesAreTightWhereTheMotionIsAffine) {
     A << 1, 0.2f, 0, -0.1f, 0.9f, 0.3f, 0, 0, 1.1f;
     const Vertices nodes = hung.rest * A.transpose(), x = embedded(hung.W, nodes);
     boxes.begin_pose(nodes);
+    WideBoxes exact;
+    fit_wide_boxes(tree, x, exact);
     double sizes = 0, exact_sizes = 0;
     for (int block = 0; block < tree.blocks(); ++block) {
         boxes.blocks(tree.cluster_of[block]);
         for (int k = 0; k < tree.leaves_in[block]; ++k) {
-            const Box own = boxes.leaves(block).boxes.box(k),
-                      least = bounding_box(Positions(x), tree.leaf_vertices(tree_width * block + k));
+            const Box own = boxes.leaves(block).boxes.box(k), least = exact.leaves[tree_width * block + k];
             sizes += (own.hi - own.lo).sum();
             exact_sizes += (least.hi - least.lo).sum();
         }

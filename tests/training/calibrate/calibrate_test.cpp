@@ -2,14 +2,18 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <random>
+#include <span>
+#include <vector>
 
 #include "collision/bounds/calibration.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/shapes.hpp"
 #include "training/calibrate/conformal.hpp"
-#include "training/calibrate/random_splits.hpp"
+#include "training/files/split.hpp"
 
 namespace nbd {
 namespace {
@@ -177,24 +181,45 @@ TEST(Calibration, KeepsTheStatedMissRateAsOftenAsTheoryPredicts) {
     }
 }
 
+/// The scores of the given trajectories only.
+BoundScores only(const BoundScores& scores, std::span<const int> trajectories) {
+    std::vector<Eigen::Index> rows;
+    BoundScores some;
+    for (std::size_t i = 0; i < scores.trajectories.size(); ++i)
+        if (std::ranges::find(trajectories, scores.trajectories[i]) != trajectories.end()) {
+            rows.push_back(i);
+            some.trajectories.push_back(scores.trajectories[i]);
+        }
+    some.excess = scores.excess(rows, Eigen::all);
+    some.ood_score = scores.ood_score(rows, Eigen::all);
+    return some;
+}
+
 TEST(Calibration, KeepsTheStatedMissRateAtEveryDepthOverRandomSplits) {
+    constexpr int splits = 200, half = 30;
+    std::vector<int> ids(2 * half);
+    std::iota(ids.begin(), ids.end(), 0);
     for (const bool gated : {false, true}) {
         const MadeUpBound bound(gated);
-        const BoundScores shape = bound.scores(30, 20, 1), pool = bound.scores(60, 20, 2);
-        const auto rows =
-            check_random_splits(bound.tree(), shape, pool, {.miss_rate = 0.02, .confidence = 0.8}, 200);
-        ASSERT_EQ(rows.size(), 5u);
-        double missing = 0;
-        for (const RandomSplitsRow& row : rows) {
-            missing += row.nodes_missing;
-            EXPECT_EQ(row.calibration, 30);
-            EXPECT_EQ(row.test, 30);
-            // All splits share one pool with an exact mean over all splits of 25 / 31.
-            EXPECT_GE(row.keeping, 0.8 - 0.02) << row.depth << gated;
-            // The expectation is at most 0.02 + 1 / 31.
-            EXPECT_LE(row.nodes_missing, 0.02 + 1.0 / 31) << row.depth << gated;
+        const BoundScores shape = bound.scores(30, 20, 1), pool = bound.scores(2 * half, 20, 2);
+        Eigen::ArrayXd keeping = Eigen::ArrayXd::Zero(5), missing = keeping;
+        for (int s = 0; s < splits; ++s) {
+            const HeldOut split = draw_held_out(ids, 0.5, 1 + s);
+            ASSERT_EQ(split.train.size(), half);
+            const Calibration calibration = calibrate(bound.tree(), shape, only(pool, split.train),
+                                                      {.miss_rate = 0.02, .confidence = 0.8});
+            const BoundScores test = only(pool, split.held_out);
+            for (int depth = 0; depth < 5; ++depth)
+                for (const double rate : miss_rates(bound.tree(), calibration, test, depth)) {
+                    keeping[depth] += (rate <= 0.02 + 1e-12) / double{splits * half};
+                    missing[depth] += rate / (splits * half);
+                }
         }
-        EXPECT_GT(missing, 0.001) << gated;  // vacuous margins would never miss
+        // All splits share one pool with an exact mean over all splits of 25 / 31.
+        EXPECT_GE(keeping.minCoeff(), 0.8 - 0.02) << gated;
+        // The expectation is at most 0.02 + 1 / 31.
+        EXPECT_LE(missing.maxCoeff(), 0.02 + 1.0 / 31) << gated;
+        EXPECT_GT(missing.sum(), 0.001) << gated;  // vacuous margins would never miss
     }
 }
 

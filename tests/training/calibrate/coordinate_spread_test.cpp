@@ -84,13 +84,13 @@ TEST_F(CoordinateSpread, ScoresItsOwnPosesAsIfTheyWereHeldOut) {
     model.out_centre.row(3).setConstant(10);  // large enough to hold every representative
     fit_coordinate_spread(scaled_coordinates(source, frames, model), model);
     const auto known = refer_to(tree);
-    const BoundScores plain = score_bounds(bar.body.X, known, BoundKind::nbd, source, frames),
-                      fair = score_shape(bar.body.X, known, BoundKind::nbd, source, frames);
+    const BoundScores plain = score_bounds(*known, BoundKind::nbd, source, frames),
+                      fair = score_shape(*known, BoundKind::nbd, source, frames);
     EXPECT_EQ(fair.trajectories, plain.trajectories);
     EXPECT_EQ(fair.excess, plain.excess);
     // A mean of squares is 1 with the pose included, so leaving the pose out raises its score.
     EXPECT_GT(fair.ood_score.col(0).mean(), 1.05f * plain.ood_score.col(0).mean());
-    EXPECT_EQ(score_shape(bar.body.X, known, BoundKind::nbd, source, std::span(frames).first(4)).ood_score,
+    EXPECT_EQ(score_shape(*known, BoundKind::nbd, source, std::span(frames).first(4)).ood_score,
               plain.ood_score.topRows(4));  // a single trajectory cannot be left out
 }
 

@@ -13,7 +13,6 @@
 #include "tests/support/on_threads.hpp"
 #include "tests/training/bar.hpp"
 #include "training/calibrate/calibrate.hpp"
-#include "training/calibrate/random_splits.hpp"
 #include "training/evaluate/contact_scenes.hpp"
 #include "training/files/split.hpp"
 #include "training/learn/train_tree.hpp"
@@ -224,18 +223,6 @@ TEST_F(Coverage, CalibratesOnHalvesOfAnotherRecording) {
     const Calibration& calibration = file.tree.calibrations.at(BoundKind::learned_affine);
     EXPECT_EQ(calibration.trajectories, 10);
     EXPECT_EQ(calibration.confidence, 0.5);
-}
-
-TEST_F(Coverage, HoldsOverRandomSplitsOfTheUnseenTrajectories) {
-    const RecordingReader data(folder / "data.h5");
-    FrameSource source(file.W, data);
-    const auto rows = check_random_splits(file, BoundKind::learned_affine, source, 40);
-    ASSERT_EQ(rows.size(), 3u);
-    for (const RandomSplitsRow& row : rows) {
-        EXPECT_EQ(row.calibration + row.test, 30);
-        EXPECT_GE(row.keeping, 0.9) << row.depth;
-        EXPECT_LE(row.nodes_missing, 0.02) << row.depth;
-    }
 }
 
 TEST_F(Coverage, ContactScenesCountMissedPairs) {

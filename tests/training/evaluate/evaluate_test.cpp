@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "collision/base/notice.hpp"
-#include "collision/geometry/bounding_sphere.hpp"
+#include "collision/nbd_tree/sphere_tree.hpp"
 #include "collision/tree/posed_tree.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"

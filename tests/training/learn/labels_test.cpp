@@ -6,10 +6,7 @@
 #include <numeric>
 #include <set>
 
-#include "collision/geometry/bounding_box.hpp"
-#include "collision/geometry/bounding_sphere.hpp"
-#include "collision/geometry/positions.hpp"
-#include "tests/support/error_of.hpp"
+#include "collision/nbd_tree/leaf_boxes.hpp"
 #include "tests/support/file_damage.hpp"
 #include "tests/support/on_threads.hpp"
 #include "tests/training/bar.hpp"
@@ -128,13 +125,6 @@ TEST(ScaleColumns, ScalesEveryColumnToPlusMinusOneAndBack) {
                         1e-6f * std::abs(before(p, c)) + 1e-9);
 }
 
-TEST(LabelFrame, NamesRoundTrip) {
-    EXPECT_EQ(label_frame("full"), LabelFrame::full);
-    EXPECT_EQ(label_frame("clustered"), LabelFrame::clustered);
-    EXPECT_EQ(test::error_of([] { label_frame("none"); }),
-              "label frame \"none\"; allowed: clustered and full");
-}
-
 struct Samples : testing::Test {
     Bar bar{0, 8};
     std::vector<int> all = numbers(bar.body.X.rows());
@@ -178,7 +168,7 @@ TEST_F(Samples, BySupportReachFartherOutInUnseenPoses) {
         const std::vector<int> samples = choose_samples(bar.body.X, seen, all, rule, 16);
         double sum = 0;
         for (const Vertices& x : poses(99)) {
-            const Positions view(x);
+            const VertexView view(x);
             sum += double{outside(bounding_box(view, samples), bounding_box(view, all))};
         }
         return sum;

@@ -10,9 +10,8 @@
 #include "collision/base/counter_random.hpp"
 #include "tests/support/on_threads.hpp"
 #include "training/networks/adam.hpp"
-#include "training/networks/linear_centre.hpp"
+#include "training/networks/network_fit.hpp"
 #include "training/networks/pose_blocks.hpp"
-#include "training/networks/round_networks.hpp"
 
 namespace nbd {
 namespace {

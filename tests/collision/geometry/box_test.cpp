@@ -1,4 +1,4 @@
-#include "collision/geometry/separation.hpp"
+#include "collision/geometry/box.hpp"
 
 #include <gtest/gtest.h>
 
