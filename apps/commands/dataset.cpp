@@ -207,12 +207,12 @@ void add_split_options(CLI::App& command, DatasetPlan& plan) {
 }  // namespace
 
 void add_dataset(CLI::App& app, Output& out) {
-    DatasetPlan& plan = arguments.plan;
     const auto [command, arguments] =
         add_command<DatasetArguments>(app, out, "dataset",
                                       "Simulates trajectories for training; alone, under mpirun, or in "
                                       "job arrays. The same command continues an interrupted run",
                                       run);
+    DatasetPlan& plan = arguments.plan;
     command.add_option("BODY", arguments.body, "Body file")->required();
     command
         .add_option("-o,--output", arguments.output,

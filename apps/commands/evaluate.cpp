@@ -101,7 +101,7 @@ void add_evaluate(CLI::App& app, Output& out) {
         ->capture_default_str()
         ->check(not_negative_whole());
     command.add_option("--csv", arguments.csv, "File for the table (CSV), every depth");
-    command.add_option("--html", arguments.html, "File for an HTML page with tables, charts and pictures");
+    command.add_option("--html", arguments.html, "File for an HTML page with tables and charts");
 }
 
 }  // namespace nbd

@@ -6,7 +6,6 @@
 #include <set>
 #include <tuple>
 
-#include "apps/cli/interrupt.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
@@ -49,21 +48,17 @@ void run(const FiguresArguments& arguments, Output& out) {
         load_tree(tree);
         RecordingReader{recording};
     }
-    make_folder(folder);
     std::vector<BodyRows> bodies;
     for (const auto& [name, tree, recording] : arguments.bodies) {
         out.work(
             fmt::format("figures of {}, body {} of {}", name, bodies.size() + 1, arguments.bodies.size()));
-        BodyFigures figures =
-            make_body_figures(name, load_tree(tree), RecordingReader(recording), arguments.max_frames);
-        write_sphere_figure(folder, figures);
-        bodies.push_back(std::move(figures.rows));
-        say_on_interrupt(fmt::format("{} holds figure 10 of {} of {} bodies; the same command makes all anew",
-                                     folder.string(), bodies.size(), arguments.bodies.size()));
+        bodies.push_back(
+            make_body_figures(name, load_tree(tree), RecordingReader(recording), arguments.max_frames).rows);
     }
     out.work("drawing");
+    make_folder(folder);
     write_table_and_charts(folder, bodies);
-    out.text(fmt::format("{}: figures 6, 7, 8 and 10 of {}", folder.string(),
+    out.text(fmt::format("{}: figures 6, 7 and 8 of {}", folder.string(),
                          counted(bodies.size(), "body", "bodies")));
     out.result({{"folder", folder.string()}, {"bodies", bodies.size()}});
 }
@@ -72,8 +67,8 @@ void run(const FiguresArguments& arguments, Output& out) {
 
 void add_figures(CLI::App& app, Output& out) {
     const auto [command, arguments] = add_command<FiguresArguments>(
-        app, out, "figures",
-        "Makes the paper's figures 6, 7, 8 and 10 of trained trees, as tables and pictures", run);
+        app, out, "figures", "Makes the paper's figures 6, 7 and 8 of trained trees, as a table and charts",
+        run);
     command
         .add_option("--body", arguments.bodies,
                     "Name, tree file and recording of a body; repeat for each body")

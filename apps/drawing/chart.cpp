@@ -1,13 +1,9 @@
 #include "apps/drawing/chart.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
-#include <cerrno>
-#include <cstring>
+#include <cstdio>
 #include <stdexcept>
 
 namespace nbd {
@@ -18,48 +14,37 @@ namespace fs = std::filesystem;
 fs::path draw_script() {
     std::error_code error;
     const fs::path folder = fs::read_symlink("/proc/self/exe", error).parent_path();
-    for (const fs::path& script : {folder / "draw.py", folder / "../share/nbdtree/draw.py"})
+    for (const fs::path& script : {folder / "draw_charts.py", folder / "../share/nbdtree/draw_charts.py"})
         if (fs::exists(script, error)) return script;
     throw std::runtime_error(
-        fmt::format("{}: no such file; charts need this script of the project (apps/figures)",
-                    (folder / "draw.py").string()));
+        fmt::format("{}: no such file; charts need this script of the project (apps/drawing)",
+                    (folder / "draw_charts.py").string()));
+}
+
+/// A word for the shell.
+std::string quoted(const std::string& word) {
+    std::string text = "'";
+    for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return text + '\'';
 }
 
 struct Ended {
-    int status = 0;     // of the script; 127 if there is no python3
+    int status = 0;     // of the script; 127 if there is no such interpreter
     std::string error;  // what it printed on stderr
 };
 
 /// Runs the script by an interpreter and waits for its end.
-Ended run_script(const std::string& python, std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), {python, draw_script().string()});
-    std::vector<char*> words;
-    for (std::string& argument : arguments) words.push_back(argument.data());
-    words.push_back(nullptr);
-    int ends[2];
-    if (pipe2(ends, O_CLOEXEC) != 0)
-        throw std::runtime_error(fmt::format("cannot start python3: {}", std::strerror(errno)));
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
-    posix_spawn_file_actions_addopen(&actions, 1, "/dev/null", O_WRONLY, 0);
-    posix_spawn_file_actions_adddup2(&actions, ends[1], 2);
-    pid_t child = 0;
-    const int failed = posix_spawnp(&child, python.c_str(), &actions, nullptr, words.data(), environ);
-    posix_spawn_file_actions_destroy(&actions);
-    close(ends[1]);
-    Ended ended{.status = 127, .error = {}};
-    if (failed == 0) {
-        char buffer[4096];
-        for (ssize_t count = 0; (count = read(ends[0], buffer, sizeof buffer)) != 0;) {
-            if (count > 0) ended.error.append(buffer, count);
-            if (count < 0 && errno != EINTR) break;
-        }
-        int status = 0;
-        while (waitpid(child, &status, 0) < 0 && errno == EINTR) continue;
-        ended.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128;
-    }
-    close(ends[0]);
+Ended run_script(const std::string& python, const std::vector<std::string>& arguments) {
+    std::string line = fmt::format("{} {}", python, quoted(draw_script().string()));
+    for (const std::string& argument : arguments) line += ' ' + quoted(argument);
+    FILE* pipe = popen((line + " 2>&1 >/dev/null </dev/null").c_str(), "re");
+    if (!pipe) throw std::runtime_error("cannot start a shell, which draws charts");
+    Ended ended;
+    char buffer[4096];
+    for (std::size_t n = 0; (n = std::fread(buffer, 1, sizeof buffer, pipe)) > 0;)
+        ended.error.append(buffer, n);
+    const int status = pclose(pipe);
+    ended.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128;
     return ended;
 }
 
@@ -71,7 +56,7 @@ void check_end(const Ended& ended) {
     std::string text = ended.error.substr(0, ended.error.find_last_not_of('\n') + 1);
     text = text.substr(text.rfind('\n') + 1);  // npos + 1 is 0
     if (text.starts_with("error: ")) text.erase(0, 7);
-    throw std::runtime_error(text.empty() ? "draw.py was ended before the chart was drawn" : text);
+    throw std::runtime_error(text.empty() ? "draw_charts.py was ended before the chart was drawn" : text);
 }
 
 /// The first interpreter that has matplotlib: the one on the PATH, or Debian's.
@@ -95,7 +80,7 @@ void draw_chart(const std::string& chart, const fs::path& table, const fs::path&
     std::vector<std::string> arguments{chart, fs::absolute(table).string(), "-o",
                                        fs::absolute(picture).string()};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    check_end(run_script(python(), std::move(arguments)));
+    check_end(run_script(python(), arguments));
 }
 
 }  // namespace nbd

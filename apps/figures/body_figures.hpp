@@ -4,23 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "apps/figures/sphere_pictures.hpp"
 #include "training/evaluate/coverage.hpp"
 #include "training/evaluate/evaluate.hpp"
 
 namespace nbd {
-
-/// A recorded pose of a tree's surface for pictures, rigidly aligned with the rest pose.
-struct TestPose {
-    int trajectory = 0, frame = 0;  // id of the trajectory in its recording
-    double deformation = 0;         // mean distance of the vertices from the rest pose, relative to its size
-    Vertices x;                     // [n, 3]
-};
-
-/// The frame with the median deformation among a few frames, evenly spread. frames: of the recording, at
-/// least one.
-TestPose typical_pose(const TreeFile& tree, const RecordingReader& recording,
-                      std::span<const FrameId> frames);
 
 /// Evaluation of one body's tree.
 struct BodyRows {
@@ -39,16 +26,12 @@ struct TestSet {
 
 /// Content of the figures and reports on one trained tree.
 struct BodyFigures {
-    BodyRows
-        rows;  // all bounds of the tree, at margins of 0 to 25 % in steps of 1 %, as in the paper's figure 8
-    std::vector<TestSet> sets;        // the one farthest from training comes last
-    TestPose pose;                    // a typical pose of the last set
-    std::vector<NodeSphere> spheres;  // in that pose
-    SpherePictures pictures;          // of them
+    BodyRows rows;  // its bounds, at margins of 0 to 25 % in steps of 1 %, as in the paper's figure 8
+    std::vector<TestSet> sets;  // the one farthest from training comes last
 };
 
-/// Evaluates a tree and draws the spheres of a pose. body: its name in pictures. max_frames: per set; 0: all.
-/// Throws what test_frames() and evaluate_frames() throw.
+/// Evaluates a tree. body: its name in pictures. max_frames: per set; 0: all. Throws what test_frames() and
+/// evaluate_frames() throw.
 BodyFigures make_body_figures(const std::string& body, const TreeFile& tree, const RecordingReader& recording,
                               int max_frames);
 
@@ -57,10 +40,8 @@ BodyFigures make_body_figures(const std::string& body, const TreeFile& tree, con
 std::vector<CoverageRow> measure_coverages(const TreeFile& tree, const RecordingReader& recording,
                                            int max_frames);
 
-/// The charts of one or several bodies that need one table, and the spheres of each body, as files in a
-/// folder: bounds.csv, figure6.png, figure7.png; figure8_BODY.png; figure10_BODY.csv and .png. Throws what
-/// draw_chart() throws.
+/// The table and charts of one or several bodies, as files in a folder: bounds.csv, figure6.png, figure7.png,
+/// figure8_BODY.png. Throws what draw_chart() throws.
 void write_table_and_charts(const std::filesystem::path& folder, const std::vector<BodyRows>& bodies);
-void write_sphere_figure(const std::filesystem::path& folder, const BodyFigures& figures);
 
 }  // namespace nbd

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <ranges>
 #include <string_view>
 
 #include "apps/figures/verdict.hpp"
@@ -21,8 +22,8 @@ constexpr std::string_view style =
     "th,td{padding:.15rem .5rem;text-align:right;border-bottom:1px solid #e3e5e8}"
     "th{font-weight:600;color:#555}td:first-child,th:first-child{text-align:left}"
     ".trust{background:#f3f6fa;border-left:4px solid #0073b3;padding:.6rem 1rem}"
-    ".wide{overflow-x:auto}img{width:100%;height:auto}code{background:#f2f3f5;padding:.1rem "
-    ".3rem;overflow-wrap:anywhere}";
+    ".wide{overflow-x:auto}img{width:100%;height:auto}"
+    "code{background:#f2f3f5;padding:.1rem .3rem;overflow-wrap:anywhere}";
 
 std::string escaped(std::string_view text) {
     std::string result;
@@ -63,29 +64,37 @@ std::string embedded(const std::filesystem::path& path, std::string_view alt) {
 std::string facts(const TreeFile& file, const BodyFigures& figures) {
     const TrainingFacts& facts = file.facts;
     std::string text = "<table>\n";
-    const auto row = [&](std::string_view what, const std::string& value) {
+    const auto tell = [&](std::string_view what, const std::string& value) {
         text += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", what, escaped(value));
     };
-    row("body", facts.body_hash);
-    row("surface", fmt::format("{} vertices, {} faces", file.tree.vertex_count, file.tree.faces.rows()));
-    row("tree",
-        fmt::format("{} nodes, {} levels", file.tree.spheres.nodes.size(), file.tree.spheres.depth() + 1));
-    row("trained on",
-        fmt::format("{} poses of {} trajectories", facts.poses, facts.split.train_trajectories.size()));
-    row("error of the clustered coordinates", fmt::format("{:.2f} %", 100 * facts.z_error));
+    tell("body", facts.body_hash);
+    tell("surface", fmt::format("{} vertices, {} faces", file.tree.vertex_count, file.tree.faces.rows()));
+    tell("tree",
+         fmt::format("{} nodes, {} levels", file.tree.spheres.nodes.size(), file.tree.spheres.depth() + 1));
+    tell("trained on",
+         fmt::format("{} poses of {} trajectories", facts.poses, facts.split.train_trajectories.size()));
+    tell("error of the clustered coordinates", fmt::format("{:.2f} %", 100 * facts.z_error));
     for (const TestSet& set : figures.sets)
-        row("tested on",
-            fmt::format("{}: {} poses of {} trajectories", set.name, set.frames, set.trajectories));
+        tell("tested on",
+             fmt::format("{}: {} poses of {} trajectories", set.name, set.frames, set.trajectories));
     for (const auto& [kind, calibration] : file.tree.calibrations)
-        row("calibrated",
-            fmt::format("{} bounds: at most {:g} % of the nodes miss, "
-                        "in {:g} % of the trajectories on average over calibration sets, "
-                        "at each depth by itself; from {} poses of {} trajectories: "
-                        "with 5 % chance this set gives less than {:.3g} %",
-                        name(kind), 100 * calibration.miss_rate, 100 * calibration.confidence,
-                        calibration.poses, calibration.trajectories,
-                        100 * share_kept_but_for(0.05, calibration.trajectories, calibration.confidence)));
+        tell("calibrated",
+             fmt::format(
+                 "{} bounds: at most {:g} % of the nodes of a depth miss, in {:g} % of the trajectories "
+                 "on average over calibration sets. This set, of {} poses of {} trajectories, "
+                 "gives less than {:.3g} % with 5 % chance.",
+                 name(kind), 100 * calibration.miss_rate, 100 * calibration.confidence, calibration.poses,
+                 calibration.trajectories,
+                 100 * share_kept_but_for(0.05, calibration.trajectories, calibration.confidence)));
     return text + "</table>\n";
+}
+
+/// A row of a table. tag: "th" or "td". cells: between bars.
+std::string row(const char* tag, std::string_view cells) {
+    std::string text = "<tr>";
+    for (const auto cell : std::views::split(cells, '|'))
+        text += fmt::format("<{0}>{1}</{0}>", tag, std::string_view(cell.begin(), cell.end()));
+    return text + "</tr>\n";
 }
 
 /// Table of one bound on one set of frames, one line per depth. rows: of these alone, by margin and depth.
@@ -95,23 +104,21 @@ std::string table(const std::vector<EvaluationRow>& rows) {
         return std::ranges::find_if(
             rows, [&](const EvaluationRow& r) { return r.depth == depth && r.margin == margin; });
     };
-    std::string text = fmt::format(
-        "<div class=\"wide\"><table>\n"
-        "<tr><th></th><th colspan=\"2\">error, %</th><th colspan=\"{0}\">vertices outside, %, "
-        "at a margin of</th><th colspan=\"{0}\">nodes that miss, %, at a margin of</th></tr>\n"
-        "<tr><th>depth</th><th>radius</th><th>centre</th>",
-        shown.size());
+    std::string heads = "depth|radius|centre";
     for (int i = 0; i < 2; ++i)
-        for (const double margin : shown) text += fmt::format("<th>{:g} %</th>", 100 * margin);
-    text += "</tr>\n";
+        for (const double margin : shown) heads += fmt::format("|{:g} %", 100 * margin);
+    std::string text = "<div class=\"wide\"><table>\n<tr><th></th><th colspan=\"2\">error, %</th>";
+    for (const char* what : {"vertices outside, %, at a margin of", "nodes that miss, %, at a margin of"})
+        text += fmt::format("<th colspan=\"{}\">{}</th>", shown.size(), what);
+    text += "</tr>\n" + row("th", heads);
     for (int depth = 0; at(depth, 0) != rows.end(); ++depth) {
-        text += fmt::format("<tr><td>{}</td><td>{:.2f}</td><td>{:.2f}</td>", depth,
-                            100 * at(depth, 0)->radius_error, 100 * at(depth, 0)->centre_error);
+        std::string cells = fmt::format("{}|{:.2f}|{:.2f}", depth, 100 * at(depth, 0)->radius_error,
+                                        100 * at(depth, 0)->centre_error);
         for (const double margin : shown)
-            text += fmt::format("<td>{:.4f}</td>", 100 * at(depth, margin)->vertices_outside);
+            cells += fmt::format("|{:.4f}", 100 * at(depth, margin)->vertices_outside);
         for (const double margin : shown)
-            text += fmt::format("<td>{:.2f}</td>", 100 * at(depth, margin)->nodes_missing);
-        text += "</tr>\n";
+            cells += fmt::format("|{:.2f}", 100 * at(depth, margin)->nodes_missing);
+        text += row("td", cells);
     }
     return text + "</table></div>\n";
 }
@@ -121,18 +128,18 @@ std::string as_calibrated(const std::vector<CoverageRow>& coverage) {
     std::string text = fmt::format(
         "<h2>As calibrated</h2>\n"
         "<p>{} poses of {} trajectories, with the margins and limits that queries use by default.</p>\n"
-        "<div class=\"wide\"><table>\n"
-        "<tr><th>bound</th><th>depth</th><th>nodes that miss, "
-        "%</th><th>95 % interval</th><th>trajectories that keep {:g} %</th><th>vertices outside, "
-        "%</th><th>inflation, %</th><th>out of range, %</th></tr>\n",
-        coverage.front().poses, coverage.front().trajectories, 100 * coverage.front().miss_rate);
+        "<div class=\"wide\"><table>\n",
+        coverage.front().poses, coverage.front().trajectories);
+    text +=
+        row("th", fmt::format("bound|depth|nodes that miss, %|95 % interval|trajectories that keep {:g} %|"
+                              "vertices outside, %|inflation, %|out of range, %",
+                              100 * coverage.front().miss_rate));
     for (const CoverageRow& r : coverage)
-        text += fmt::format(
-            "<tr><td>{}</td><td>{}</td><td>{:.3f}</td><td>{:.3f} to {:.3f}</td><td>{} of "
-            "{}</td><td>{:.5f}</td><td>{:.2f}</td><td>{:.2f}</td></tr>\n",
-            name(r.bound), r.depth, 100 * r.nodes_missing, 100 * r.nodes_missing_mean.low,
-            100 * r.nodes_missing_mean.high, r.keeping, r.trajectories, 100 * r.vertices_outside,
-            100 * r.inflation, 100 * r.out_of_range);
+        text += row("td",
+                    fmt::format("{}|{}|{:.3f}|{:.3f} to {:.3f}|{} of {}|{:.5f}|{:.2f}|{:.2f}", name(r.bound),
+                                r.depth, 100 * r.nodes_missing, 100 * r.nodes_missing_mean.low,
+                                100 * r.nodes_missing_mean.high, r.keeping, r.trajectories,
+                                100 * r.vertices_outside, 100 * r.inflation, 100 * r.out_of_range));
     return text + "</table></div>\n";
 }
 
@@ -157,7 +164,6 @@ std::string html_report(const TreeFile& file, const BodyFigures& figures,
     const h5::ScratchFolder scratch;
     const std::filesystem::path& charts = scratch.path();
     write_table_and_charts(charts, {figures.rows});
-    write_sphere_figure(charts, figures);
     std::string html = fmt::format(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0}</title>\n"
         "<style>{1}</style></head><body>\n<h1>{0}: bounds of a collision tree</h1>\n<div class=\"trust\">\n",
@@ -165,19 +171,14 @@ std::string html_report(const TreeFile& file, const BodyFigures& figures,
     for (const auto& sentences : {verdicts(coverage), verdicts(figures.rows.rows)})
         for (const std::string& sentence : sentences) html += fmt::format("<p>{}</p>\n", escaped(sentence));
     html +=
-        "<p>Nothing has been measured on poses unlike these: another material, stronger deformation, other "
-        "kinds of motion.</p>\n</div>\n<h2>What was tested</h2>\n";
+        "<p>Nothing has been measured on poses unlike these: "
+        "another material, stronger deformation, other kinds of motion.</p>\n"
+        "</div>\n<h2>What was tested</h2>\n";
     html += facts(file, figures);
     html += "<h2>By depth</h2>\n" + embedded(charts / "figure6.png", "vertices outside by depth") +
             embedded(charts / "figure7.png", "radius error by depth");
     html += "<h2>By margin</h2>\n" +
             embedded(charts / fmt::format("figure8_{}.png", figures.rows.body), "vertices outside by margin");
-    html += fmt::format(
-        "<h2>A test pose</h2>\n"
-        "<p>Faces with a vertex outside their sphere are red. On average, "
-        "the vertices are {:.1f} % of the body's size away from the rest pose.</p>\n",
-        100 * figures.pose.deformation);
-    html += embedded(charts / fmt::format("figure10_{}.png", figures.rows.body), "spheres of a test pose");
     html += as_calibrated(coverage);
     html +=
         "<h2>Tables</h2>\n<p>Means over the nodes of a depth; errors relative to the exact radius.</p>\n" +

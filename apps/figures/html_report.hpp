@@ -6,7 +6,7 @@
 
 namespace nbd {
 
-/// HTML page on one trained tree: verdicts, tables, charts and pictures, all in one file. command: the shell
+/// HTML page on one trained tree: verdicts, tables and charts, all in one file. command: the shell
 /// command that made it. Throws what draw_chart() throws.
 std::string html_report(const TreeFile& tree, const BodyFigures& figures,
                         const std::vector<CoverageRow>& coverage, const std::string& command);

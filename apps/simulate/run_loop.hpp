@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/cli/output.hpp"
 #include "apps/live/run_page.hpp"
 #include "apps/simulate/audit.hpp"
 #include "apps/simulate/journal.hpp"

@@ -5,7 +5,7 @@
 namespace nbd {
 namespace {
 
-constexpr int deepest_spheres = 6;  // of a sphere tree
+constexpr int deepest_spheres = 6;       // of a sphere tree
 constexpr std::size_t most_boxes = 512;  // of a wide tree
 
 void add_box(const Box& box, std::vector<float>& values) {

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <set>
 #include <string>
+#include <utility>
 
 #include "tests/apps/small_files.hpp"
 
@@ -10,7 +12,9 @@ namespace nbd {
 namespace {
 
 using nlohmann::json;
+using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::StartsWith;
 
 class Bench : public test::SmallFiles {
  protected:
@@ -57,7 +61,7 @@ TEST_F(Bench, ElementsComparesBodiesAndSurfacesInCages) {
 TEST_F(Bench, PeersComparesMethodsOnRecordedPosesWithEqualAnswers) {
     const json rows = bench_result(
         "peers data.h5 --body box.h5 -o peers --scenes 2 --rounds 1 --light 4 --heavy 6 --clusters 32");
-    ASSERT_GE(rows.size(), 4 * 8U);  // contacts, orders, methods
+    ASSERT_GE(rows.size(), 2 * 4U);  // contacts, methods
     for (const auto& row : rows) {
         EXPECT_EQ(row.at("faces"), 108);
         EXPECT_EQ(row.at("missed"), 0) << row;
@@ -76,13 +80,73 @@ TEST_F(Bench, Figure5UsesTheFramesInWhichBodiesTouch) {
         "gravity": [0, 0, 0], "time": {"dt": 0.005, "frames": 8}})");
     make("simulate scene.json -o scene.h5 -q");
     const json rows = bench_result("fig5 scene.h5 --body box.h5 tree.h5 -o fig5 --distance 0.1 --rounds 1");
-    ASSERT_EQ(rows.size(), 2U);
-    EXPECT_EQ(rows[0].at("method"), "exact");
-    EXPECT_EQ(rows[1].at("method"), "nbd");
-    EXPECT_TRUE(std::filesystem::exists(folder() / "fig5" / "figure5.png"));
+    std::set<std::string> methods;
+    for (const auto& row : rows) {
+        EXPECT_EQ(row.at("contact"), "recorded");
+        methods.insert(row.at("method"));
+    }
+    EXPECT_THAT(methods, ElementsAre("exact", "nbd"));
+    EXPECT_THAT(test::listing(folder() / "fig5"), ElementsAre("figure5.csv", "figure5.png"));
+}
+
+TEST_F(Bench, ExactnessComparesEveryExactBoundInEveryPose) {
+    const json found = bench_result("exactness box.h5 other.h5 --scenes 20 -o exactness.csv");
+    EXPECT_EQ(found.at("scenes"), 2 * 20);
+    EXPECT_EQ(found.at("different"), 0);
+    std::set<std::string> poses;
+    for (const auto& row : found.at("rows")) {
+        poses.insert(row.at("poses"));
+        EXPECT_EQ(row.at("scenes"), 4);
+        EXPECT_GE(row.at("queries").get<long>(), 6 * 4) << row;
+        EXPECT_GT(row.at("touching").get<long>(), 0) << row;
+        EXPECT_GT(row.at("pairs").get<long>(), 0) << row;
+    }
+    EXPECT_THAT(poses, ElementsAre("crushed", "far", "inverted", "scattered", "twisted"));
+    const auto table = test::lines(bytes("exactness.csv"));
+    ASSERT_EQ(table.size(), 2 + 2 * 5U);
+    EXPECT_EQ(table[1], "body,faces,poses,scenes,touching,pairs,queries,different,first_difference");
+    EXPECT_THAT(table[2], StartsWith("box,108,twisted,4,"));
+}
+
+/// Rows of a query: a vertex that falls from 1 to `end` above a face, and whether it reaches the face.
+std::string fall(const std::string& end, const std::string& answer) {
+    std::string rows;
+    for (const std::string& height : {std::string("1,1,"), end})
+        rows += "1,4,1,4," + height + answer + "\n0,1,0,1,0,1," + answer + "\n1,1,0,1,0,1," + answer +
+                "\n0,1,1,1,0,1," + answer + "\n";
+    return rows;
+}
+
+TEST_F(Bench, ImpactsAgreesWithExactAnswersAndSampling) {
+    std::filesystem::create_directories(folder() / "queries" / "fall" / "vertex-face");
+    write("queries/fall/vertex-face/a.csv", fall("-1,2,", "1") + fall("1,2,", "0"));
+    const json found = bench_result("impacts queries --random 2000 -o impacts.csv");
+    EXPECT_EQ(found.at("queries"), 2);
+    EXPECT_EQ(found.at("missed"), 0);
+    EXPECT_EQ(found.at("false_alarms"), 0);
+    EXPECT_GT(found.at("random_collisions").get<long>(), 100);
+    EXPECT_EQ(found.at("random_missed"), 0);
+    EXPECT_EQ(found.at("random_late"), 0);
+    const auto table = test::lines(bytes("impacts.csv"));
+    ASSERT_EQ(table.size(), 3U);
+    EXPECT_EQ(table[1],
+              "scene,kind,queries,collisions,missed,false_alarms,exhausted,ns,iterations,most_iterations");
+    EXPECT_THAT(table[2], StartsWith("fall,vertex-face,2,1,0,0,0,"));
+
+    std::filesystem::create_directories(folder() / "missed" / "fall" / "vertex-face");
+    write("missed/fall/vertex-face/a.csv", fall("1,2,", "1"));  // not true
+    const test::Ran missed = bench("impacts missed --random 0");
+    EXPECT_EQ(missed.status, 1);
+    EXPECT_EQ(missed.err, "nbdtree-bench: error: collisions were missed\n");
 }
 
 TEST_F(Bench, RefusesInvalidInputInOneLine) {
+    std::filesystem::create_directories(folder() / "empty");
+    for (const auto& [name, row] :
+         {std::pair{"words", "a vertex"}, {"zeros", "1,0,1,1,1,1,1"}, {"short", "1,1,1,1,1,1,1"}}) {
+        std::filesystem::create_directories(folder() / name / "scene" / "edge-edge");
+        write(std::string(name) + "/scene/edge-edge/a.csv", std::string(row) + "\n");
+    }
     const struct {
         std::string line;
         int status;
@@ -109,8 +173,19 @@ TEST_F(Bench, RefusesInvalidInputInOneLine) {
         {"peers data.h5 --body box.h5 --body other.h5 -o none -q", 1, "its tetrahedra are not those of"},
         {"peers data.h5 --body other.h5 tree.h5 -o none -q", 1,
          "tree.h5: this tree belongs to another body than other.h5"},
+        {"peers data.h5 --body box.h5 -o none --methods 'cage boxes*'", 1, "--methods: cage boxes is gone; "},
         {"fig5 data.h5 --body box.h5 -o none -q", 1, "two copies of the first body"},
         {"fig5 data.h5 --body box.h5 -o none --bounds best", 2, "--bounds"},
+        {"exactness absent.h5", 1, "absent.h5"},
+        {"exactness box.h5 --scenes 0", 2, "--scenes"},
+        {"exactness box.h5 -o box.h5", 1, "box.h5"},
+        {"impacts absent", 2, "FOLDER"},
+        {"impacts words --random 0 -q", 1, "a.csv, line 1: allowed: seven whole numbers separated by commas"},
+        {"impacts zeros --random 0 -q", 1,
+         "a.csv, line 1: allowed: denominators other than 0, and an answer of 0 or 1"},
+        {"impacts short --random 0 -q", 1, "a.csv: 1 lines; allowed: a multiple of 8"},
+        {"impacts empty --random 0 -q", 1,
+         "empty: no queries; allowed: a folder with SCENE/edge-edge/*.csv or SCENE/vertex-face/*.csv"},
     };
     for (const auto& [line, status, says] : cases) {
         SCOPED_TRACE("nbdtree-bench " + line);

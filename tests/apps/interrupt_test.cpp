@@ -65,16 +65,6 @@ TEST_F(InterruptTest, NamesTheFilesThatAreWritten) {
               "nbdtree: error: interrupted: rows.csv: written; the same command starts anew\n");
 }
 
-TEST_F(InterruptTest, SaysHowManyBodiesHaveFigures) {
-    std::string line = "figures -o drawn -q";
-    for (int i = 0; i < 50; ++i) line += " --body B" + std::to_string(i) + " tree.h5 data.h5";
-    EXPECT_EQ(interrupted(line, "figures of B3, body 4 of 50|0"),
-              "nbdtree: error: interrupted: drawn holds figure 10 of 3 of 50 bodies; the same command "
-              "makes all anew\n");
-    for (const std::string& name : listing(folder() / "drawn"))
-        EXPECT_TRUE(name.starts_with("figure")) << name;
-}
-
 TEST_F(InterruptTest, KeepsTheFramesOfASimulation) {
     write("scene.json", R"({"bodies": [{"body": "box.h5"}], "time": {"frames": 1000000}})");
     auto expected = listing(folder());

@@ -140,7 +140,7 @@ TEST_F(PipelineTest, RunsFromASurfaceToASceneWithLearnedBounds) {
     }
 
     EXPECT_THAT(bench("peers data.h5 --body beam.h5 tree.h5 --scenes 1 --rounds 1 --contact light --light 4 "
-                      "--order file --methods boxes -o peers --instructions plain")
+                      "--methods boxes -o peers --instructions plain")
                     .out,
                 testing::HasSubstr("plain kernels"));
     std::filesystem::remove_all(folder() / "peers");

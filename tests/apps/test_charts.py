@@ -1,4 +1,4 @@
-"""Charts of apps/figures/draw.py: what a table shows, and what is said of one that cannot be drawn."""
+"""Charts of apps/drawing/draw_charts.py: what a table shows, and what is said of one that cannot be drawn."""
 
 import importlib.util
 import os
@@ -11,7 +11,7 @@ import pytest
 
 pytest.importorskip("matplotlib")
 
-SCRIPT = pathlib.Path(__file__).resolve().parents[2] / "apps" / "figures" / "draw.py"
+SCRIPT = pathlib.Path(__file__).resolve().parents[2] / "apps" / "drawing" / "draw_charts.py"
 RESULTS = SCRIPT.parents[1] / "results"
 
 spec = importlib.util.spec_from_file_location("draw", SCRIPT)
@@ -19,7 +19,7 @@ draw = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(draw)
 
 BOUNDS = "body,frames,bound,margin,depth,radius_error,vertices_outside\n"
-PEERS = "contact,order,faces,method,total_us,update_us,query_us,failure\n"
+PEERS = "contact,faces,method,total_us,update_us,query_us,failure\n"
 
 
 @pytest.fixture
@@ -37,7 +37,7 @@ def run(*arguments, **more):
 
 def figure_of(chart, path, **options):
     """The figure that a chart makes of a table."""
-    given = {"body": None, "tiles": None, "title": None, "row": [], **options}
+    given = {"body": None, **options}
     with draw.plt.rc_context(draw.STYLE):
         return draw.CHARTS[chart](draw.Table(path), type("Options", (), given))
 
@@ -72,7 +72,7 @@ def test_lines_are_the_numbers_of_the_table(table):
 
 
 def test_peers_are_sorted_by_their_time_and_failures_left_out(table):
-    path = table(PEERS + "light,file,1000,slow,90,1,89,\nlight,file,1000,fast,3,1,2,\nlight,file,1000,broken,0,0,0,out of memory\n")
+    path = table(PEERS + "light,1000,slow,90,1,89,\nlight,1000,fast,3,1,2,\nlight,1000,broken,0,0,0,out of memory\n")
     axes = figure_of("peers", path).axes[0]
     assert [text.get_text() for text in axes.get_yticklabels()] == ["slow", "fast"]
     assert "1 us" in [axes.xaxis.get_major_formatter()(tick) for tick in axes.get_xticks()]
@@ -80,7 +80,7 @@ def test_peers_are_sorted_by_their_time_and_failures_left_out(table):
 
 def test_labels_are_shown_as_they_are(table, tmp_path):
     odd = ["_first", "$x^2$", "a\\b", 'say ""so""', "\u03b1, \u03b2"]
-    path = table(PEERS + "".join(f'light,file,1000,"{name}",{i + 1},1,1,\n' for i, name in enumerate(odd)))
+    path = table(PEERS + "".join(f'light,1000,"{name}",{i + 1},1,1,\n' for i, name in enumerate(odd)))
     draw.save(figure_of("figure5", path), tmp_path / "odd.svg")
     shown = [text.get_text().strip() for text in figure_of("figure5", path).legends[0].get_texts()]
     assert shown == [name.replace('""', '"') for name in odd]
@@ -88,7 +88,7 @@ def test_labels_are_shown_as_they_are(table, tmp_path):
 
 def test_legends_cover_no_panel(table):
     """Even those of forty methods with long names."""
-    path = table(PEERS + "".join(f"light,file,{faces},{'m' * 40}{i},{i + 1},1,1,\n" for i in range(40) for faces in (10, 1000)))
+    path = table(PEERS + "".join(f"light,{faces},{'m' * 40}{i},{i + 1},1,1,\n" for i in range(40) for faces in (10, 1000)))
     for chart in ("peers", "figure5"):
         figure = figure_of(chart, path)
         figure.canvas.draw()
@@ -109,9 +109,9 @@ def test_worst_cells_of_physics_are_shown(table):
 @pytest.mark.parametrize("text, error", [
     ("", "table.csv: has no rows to draw"),
     ("# a machine\n" + PEERS, "table.csv: has no rows to draw"),
-    ("contact,order\nlight,file\n", "table.csv: has no column 'faces'; allowed: the table that the chart is for"),
-    (PEERS + "light,file,1000,a,much,1,1,\n", "table.csv: total_us is 'much'; allowed: a number"),
-    (PEERS + "light,file,1000,a,1,1,1,out of memory\n", "table.csv: has no rows to draw: all methods failed"),
+    ("contact\nlight\n", "table.csv: has no column 'faces'; allowed: the table that the chart is for"),
+    (PEERS + "light,1000,a,much,1,1,\n", "table.csv: total_us is 'much'; allowed: a number"),
+    (PEERS + "light,1000,a,1,1,1,out of memory\n", "table.csv: has no rows to draw: all methods failed"),
 ])
 def test_what_cannot_be_drawn_is_told_in_one_line(table, text, error):
     with pytest.raises(draw.Refused) as refused:
@@ -120,7 +120,7 @@ def test_what_cannot_be_drawn_is_told_in_one_line(table, text, error):
 
 
 def test_paths_that_cannot_be_used_are_told_in_one_line(table, tmp_path):
-    good = table(PEERS + "light,file,1000,a,1,1,1,\n")
+    good = table(PEERS + "light,1000,a,1,1,1,\n")
     for arguments, error in [((tmp_path / "none.csv", "-o", tmp_path / "a.png"), "none.csv: cannot be read: No such file"),
                              ((good, "-o", tmp_path / "a.txt"), "a.txt: cannot be written: allowed: .png, .svg, .pdf"),
                              ((good, "-o", tmp_path / "none" / "a.png"), "a.png: cannot be written: No such file")]:
@@ -152,4 +152,4 @@ def test_programs_without_the_script_say_so(tmp_path):
     program = tmp_path / "nbdtree"
     shutil.copy(os.environ["NBDTREE_PROGRAM"], program)
     done = subprocess.run([program, "figures", "--body", "A", "a.h5", "b.h5", "-o", "f"], cwd=tmp_path, capture_output=True, text=True)
-    assert done.returncode == 1 and "draw.py: no such file" in done.stderr and done.stderr.count("\n") == 1
+    assert done.returncode == 1 and "draw_charts.py: no such file" in done.stderr and done.stderr.count("\n") == 1

@@ -1,10 +1,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <string>
-#include <vector>
 
-#include "apps/bench/pairs/race.hpp"
 #include "apps/cli/output.hpp"
 
 namespace nbd {
@@ -18,13 +15,5 @@ void add_bench_fig5(CLI::App& app, Output& out);
 void add_bench_contact(CLI::App& app, Output& out);
 void add_bench_impacts(CLI::App& app, Output& out);
 void add_bench_physics(CLI::App& app, Output& out);
-
-// Options shared by the benchmarks of collision queries.
-
-/// Adds --body: body and tree files, as in load_bench_bodies().
-void add_bodies(CLI::App& command, std::vector<std::vector<std::string>>& bodies);
-
-/// Adds --rounds and --seconds.
-void add_race_limits(CLI::App& command, RaceConfig& race);
 
 }  // namespace nbd

@@ -1,17 +1,24 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
+#include <limits>
 #include <memory>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "apps/bench/commands/bench_commands.hpp"
-#include "apps/bench/steps/contact_runs.hpp"
+#include "apps/bench/measure/rows.hpp"
+#include "apps/cli/load_body.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
+#include "apps/simulate/film.hpp"
+#include "apps/simulate/step_table.hpp"
+#include "collision/base/counter_random.hpp"
+#include "collision/base/stopwatch.hpp"
 #include "sim/factor/blas.hpp"
+#include "sim/fem/momentum.hpp"
 
 namespace nbd {
 namespace {
@@ -19,91 +26,209 @@ namespace {
 struct ContactArguments {
     std::vector<std::string> scenes;
     std::string csv, pictures;
-    ContactRunConfig config;
+    int seeds = 1;         // runs of each scene and mode; all but the first start with jittered velocities
+    double jitter = 0.05;  // largest change of a body's velocity along each axis, m/s
+    double seconds = 600;  // a run is stopped after so long
 };
 
-/// A line of the table.
-template <class... Cells>
-std::string row(const Cells&... cells) {
-    return fmt::format(
-        "{:19} {:7} {:>4} {:>9} {:>8} {:>5} {:>8} {:>4} {:>7} {:>8} {:>8} {:>6} {:>7} "
-        "{:>7} {:>7} {:>6} {:>7}  {}",
-        cells...);
-}
+/// Compares what contact forces say with what bodies do: the momentum that a body gains in a step against the
+/// impulse of gravity and of the contact forces on it. Bodies with grips or pins, or with damping by mass,
+/// are left out.
+class MomentumBalance {
+ public:
+    MomentumBalance(const SceneSpec& spec, const World& world) : gravity_(spec.gravity) {
+        for (int b = 0; b < world.body_count(); ++b)
+            if (spec.bodies[b].grips.empty() && world.elastic(b).material().rayleigh_mass == 0)
+                bodies_.push_back({b, momentum_of(world.elastic(b), world.state(b)).linear, 0, 0});
+    }
 
-std::string percent(double part, double whole) {
-    return fmt::format("{:.1f}", 100 * part / std::max(whole, 1e-9));
-}
+    /// Call after every step of dt seconds.
+    void add_step(const World& world, double dt) {
+        for (Body& body : bodies_) {
+            const ElasticBody& elastic = world.elastic(body.number);
+            const Eigen::Vector3d now = momentum_of(elastic, world.state(body.number)).linear;
+            const Eigen::Vector3d force =
+                world.contact_forces(body.number).colwise().sum().transpose() + elastic.mass() * gravity_;
+            const double size = world.state(body.number).v.rowwise().norm().dot(elastic.node_masses());
+            body.largest = std::max(body.largest, size);
+            body.difference = std::max(body.difference, (now - body.momentum - dt * force).norm());
+            body.momentum = now;
+        }
+    }
 
-void tell(const ContactRun& r, Output& out) {
-    const auto number = [](double value) {
-        return std::isfinite(value) ? fmt::format("{:.2g}", value) : "-";
+    /// Largest difference in a step, as a share of the largest momentum that the body's nodes had; NaN if
+    /// there is no body to compare.
+    double error() const {
+        if (bodies_.empty()) return std::numeric_limits<double>::quiet_NaN();
+        double error = 0;
+        for (const Body& body : bodies_)
+            if (body.largest > 0) error = std::max(error, body.difference / body.largest);
+        return error;
+    }
+
+ private:
+    struct Body {
+        int number;
+        Eigen::Vector3d momentum;  // at the end of the last step, kg m/s
+        double largest;            // sum over the nodes of mass times speed, kg m/s
+        double difference;         // largest of a step, kg m/s
     };
-    out.text(row(r.scene, r.mode, r.seed, fmt::format("{}/{}", r.steps, r.planned), r.intersecting, r.worst,
-                 number(r.least_distance), r.cut, r.troubled, r.inverted, number(r.momentum_error),
-                 fmt::format("{:.1f}", r.linearisations), fmt::format("{:.1f}", r.ms),
-                 percent(r.search_ms, r.ms), percent(r.detect_ms, r.ms), percent(r.solve_ms, r.ms),
-                 r.patches > 0 ? percent(r.patches_proved, r.patches) : "-", r.failure));
+    Eigen::Vector3d gravity_;
+    std::vector<Body> bodies_;
+};
+
+std::vector<TriMesh> surfaces_of(const World& world) {
+    std::vector<TriMesh> surfaces;
+    for (int b = 0; b < world.body_count(); ++b)
+        surfaces.push_back({embedded(world.surface(b).W(), world.state(b).x), world.surface(b).F()});
+    return surfaces;
+}
+
+/// The scene with other velocities of its bodies, by at most so much along each axis, m/s.
+SceneSpec jittered(SceneSpec spec, int seed, double by) {
+    for (std::size_t b = 0; b < spec.bodies.size(); ++b)
+        for (int k = 0; k < 3; ++k) spec.bodies[b].velocity[k] += by * (2 * counter_uniform(seed, b, k) - 1);
+    return spec;
+}
+
+/// Which contact a scene is run with.
+struct Mode {
+    const char* name;
+    bool self_contact, intersection_free;
+};
+constexpr Mode modes[]{{"default", false, false}, {"self", true, false}, {"free", true, true}};
+
+/// Runs a scene, and draws it if a picture is named. The numbers of a row are sums over the steps, extremes,
+/// or means of a step where they are times.
+nlohmann::ordered_json run_scene(const std::string& name, const Mode& mode, int seed, SceneSpec spec,
+                                 std::span<const LoadedBody> bodies, double seconds,
+                                 const std::filesystem::path& picture, Output& out) {
+    spec.contact.self_contact = mode.self_contact;
+    spec.contact.intersection_free = mode.intersection_free;
+    constexpr int stills = 6;
+    const int planned = spec.time.frames * spec.time.steps_per_frame;
+    StepTable table;
+    std::string failure;
+    double spent = 0, momentum_error = std::numeric_limits<double>::quiet_NaN();
+    long intersecting = 0, faces = 0;
+    int worst = 0, cut = 0;
+    try {
+        World world = build_world(spec, bodies);
+        for (int b = 0; b < world.body_count(); ++b) faces += world.surface(b).F().rows();
+        MomentumBalance momentum(spec, world);
+        Film film(spec, world.obstacles(), stills);
+        if (!picture.empty()) film.add_frame(0, surfaces_of(world));
+        for (int step = 1; step <= planned && failure.empty(); ++step) {
+            const Stopwatch watch;
+            const WorldReport report = world.step(spec.time.dt);
+            spent += watch.seconds();
+            failure = report.failure;
+            if (!failure.empty()) break;
+            const int frame = step / spec.time.steps_per_frame;
+            table.add({StepRow{report, frame}});
+            cut += report.substeps > 1;
+            const int found = world.intersecting_faces().size();
+            intersecting += found;
+            worst = std::max(worst, found);
+            momentum.add_step(world, spec.time.dt);
+            if (!picture.empty() && step % spec.time.steps_per_frame == 0 && film.wants(frame))
+                film.add_frame(world.time(), surfaces_of(world));
+            out.progress(fmt::format("{}, {}, seed {}", name, mode.name, seed), step, planned);
+            if (spent > seconds && step < planned) failure = fmt::format("stopped after {:.0f} s", seconds);
+        }
+        if (!picture.empty()) film.write(picture);
+        momentum_error = momentum.error();
+    } catch (const std::invalid_argument& error) {
+        failure = error.what();
+    }
+    const StepTotals& total = table.totals();
+    const auto ms = [&](double StepReport::*us) { return 1e-3 * total.mean(us); };
+    return {{"scene", name},
+            {"mode", mode.name},
+            {"seed", seed},
+            {"bodies", spec.bodies.size()},
+            {"faces", faces},
+            {"steps", total.steps},
+            {"planned", planned},
+            {"intersecting", intersecting},
+            {"worst", worst},
+            {"least_distance", total.all.least_distance},
+            {"cut", cut},
+            {"troubled", total.troubled_steps},
+            {"inverted", total.all.inverted_elements},
+            {"momentum_error", momentum_error},
+            {"linearisations", total.mean(&StepReport::newton_iterations)},
+            {"contacts", total.mean(&StepReport::contacts)},
+            {"face_pairs", total.mean(&StepReport::face_pairs)},
+            {"ms", 1e3 * spent / std::max(total.steps, 1)},
+            {"search_ms", 1e-3 * total.search_us()},
+            {"detect_ms", ms(&StepReport::detect_us)},
+            {"assemble_ms", ms(&StepReport::assemble_us)},
+            {"solve_ms", ms(&StepReport::solve_us)},
+            {"patches", total.mean(&StepReport::patches)},
+            {"patches_proved", total.mean(&StepReport::patches_proved)},
+            {"proof_ms", ms(&StepReport::proof_us)},
+            {"failure", failure}};
 }
 
 void run(const ContactArguments& arguments, Output& out) {
     hold_blas_to_one_thread();
-    ContactRunConfig config = arguments.config;
-    config.pictures = arguments.pictures;
     if (!arguments.csv.empty()) check_output(arguments.csv, {}, ".csv");
     if (!arguments.pictures.empty()) make_folder(arguments.pictures);
-    out.text(row("scene", "mode", "runs", "steps", "crossing", "worst", "distance", "cut", "trouble",
-                 "inverted", "momentum", "newton", "ms", "search%", "detect%", "solve%", "proved%", ""));
-    std::vector<ContactRun> runs;
-    nlohmann::ordered_json result = nlohmann::ordered_json::array();
-    bool broken = false;
-    for (const std::string& scene : arguments.scenes) {
-        const std::vector<ContactRun> of_scene = run_contact_scene(scene, config, out);
-        const std::size_t seeds = config.seeds;
-        for (std::size_t first = 0; first < of_scene.size(); first += seeds) {
-            const ContactRun all = together(std::span(of_scene).subspan(first, seeds));
-            tell(all, out);
-            result.push_back({{"scene", all.scene},
-                              {"mode", all.mode},
-                              {"runs", all.seed},
-                              {"steps", all.steps},
-                              {"intersecting", all.intersecting},
-                              {"troubled", all.troubled},
-                              {"ms", all.ms}});
-            broken = broken || (all.mode == "free" && all.intersecting > 0);
-        }
-        runs.insert(runs.end(), of_scene.begin(), of_scene.end());
+    Rows rows;
+    bool is_broken = false;
+    for (const std::string& file : arguments.scenes) {
+        const SceneSpec spec = load_scene(file);
+        SceneFiles files;
+        std::vector<LoadedBody> bodies;
+        for (const SceneBody& body : spec.bodies) bodies.push_back(files.load(body, out));
+        make_trees(spec, bodies);
+        const std::string name = std::filesystem::path(file).stem().string();
+        Rows of_scene;
+        for (const Mode& mode : modes)
+            for (int seed = 0; seed < arguments.seeds; ++seed) {
+                std::filesystem::path picture;
+                if (mode.intersection_free && seed == 0 && !arguments.pictures.empty())
+                    picture = std::filesystem::path(arguments.pictures) / (name + ".png");
+                of_scene.push_back(run_scene(name, mode, seed,
+                                             seed > 0 ? jittered(spec, seed, arguments.jitter) : spec, bodies,
+                                             arguments.seconds, picture, out));
+                is_broken = is_broken || (mode.intersection_free && of_scene.back()["intersecting"] > 0);
+            }
+        out.text(
+            to_text(of_scene, {"scene", "mode", "seed", "steps", "intersecting", "worst", "least_distance",
+                               "troubled", "inverted", "momentum_error", "linearisations", "ms", "failure"}));
+        rows.insert(rows.end(), of_scene.begin(), of_scene.end());
     }
-    if (!arguments.csv.empty()) write_contact_table(arguments.csv, runs);
-    out.result({{"scenes", result}});
-    if (broken) throw std::runtime_error("a step without intersections ended with one");
+    if (!arguments.csv.empty()) write_csv(arguments.csv, rows);
+    out.result({{"scenes", rows}});
+    if (is_broken) throw std::runtime_error("a step without intersections ended with one");
 }
 
 }  // namespace
 
 void add_bench_contact(CLI::App& app, Output& out) {
     auto arguments = std::make_shared<ContactArguments>();
-    CLI::App* command = app.add_subcommand("contact",
-                                           "Runs scenes as they are, "
-                                           "with `self_contact` and with `intersection_free`, "
-                                           "and counts what went wrong");
+    CLI::App* command = app.add_subcommand(
+        "contact",
+        "Runs scenes as they are, with `self_contact` and with `intersection_free`, and counts what went wrong");
     command->add_option("SCENES", arguments->scenes, "Scene files")->required();
-    command
-        ->add_option("--seeds", arguments->config.seeds, "Runs of each scene; all but the first are jittered")
+    command->add_option("--seeds", arguments->seeds, "Runs of each scene; all but the first are jittered")
         ->check(whole_number(1, 1000))
         ->capture_default_str();
-    command->add_option("--jitter", arguments->config.jitter, "Largest change of a body's velocity, m/s")
+    command->add_option("--jitter", arguments->jitter, "Largest change of a body's velocity, m/s")
         ->check(between(0, 1e3))
         ->capture_default_str();
-    command->add_option("--seconds", arguments->config.seconds, "Time after which a run is stopped")
+    command->add_option("--seconds", arguments->seconds, "Time after which a run is stopped")
         ->check(between(1, 1e6))
         ->capture_default_str();
-    command->add_option("--pictures", arguments->pictures, "Folder for pictures of the first runs");
+    command->add_option("--pictures", arguments->pictures,
+                        "Folder for pictures of the runs without intersections, SCENE.png");
     command->add_option("-o,--output", arguments->csv, "Table to write, CSV");
     command->footer(
-        "crossing, worst: pairs of faces that intersect at the ends of steps, in all and in one\n"
-        "distance: the least between near features, m; trouble: steps that went wrong\n"
-        "momentum: its largest error in a step, relative; newton: linearisations a step\n"
+        "intersecting, worst: pairs of faces that intersect at the ends of steps, in all and in one\n"
+        "least_distance: between near features, m; troubled: steps that went wrong\n"
+        "momentum_error: the largest in a step, relative; linearisations, ms: of a step\n"
         "Exit status 1 if a step without intersections ended with one.");
     command->final_callback([arguments, &out] { run(*arguments, out); });
 }

@@ -2,9 +2,8 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
+#include <iterator>
 #include <memory>
-#include <nlohmann/json.hpp>
-#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -42,58 +41,6 @@ std::vector<Body> bodies_to_compare(const std::string& path, const std::vector<i
     return bodies;
 }
 
-std::string in_words(const std::optional<CostRatios>& r) {
-    if (!r) return "linear ones are better";
-    return fmt::format("{}{:6.2f} {:6.2f} {:6.2f}", r->at_least ? ">" : " ", r->unknowns, r->nonzeros,
-                       r->milliseconds);
-}
-
-void tell(const ElementRow& r, const Output& out) {
-    out.text(fmt::format("{:14} {:9} {:6} {:8} {:8} {:9} {:>12.3f} {:>8.3f} {:10.2f} {:11.2f} {:9.2f}{}",
-                         r.body, r.nodes_per_tet, r.level, r.nodes, r.unknowns, r.nonzeros,
-                         100 * r.displacement, 100 * r.energy, r.assembly, r.factorisation, r.solve,
-                         r.reference ? "  reference, its errors extrapolated" : ""));
-}
-
-void tell_ratios(std::span<const ElementRow> rows, const Output& out) {
-    out.text("linear tetrahedra of the same error cost so many times as many unknowns, non-zeros and ms:");
-    out.text("body           level   in displacement          in energy");
-    for (const ElementRow& row : rows)
-        if (is_compared(row))
-            out.text(fmt::format("{:14} {:5}   {}   {}", row.body, row.level,
-                                 in_words(equal_error(rows, row, &ElementRow::displacement)),
-                                 in_words(equal_error(rows, row, &ElementRow::energy))));
-}
-
-nlohmann::ordered_json to_json(const std::optional<CostRatios>& r) {
-    if (!r) return nullptr;
-    return {{"unknowns", r->unknowns},
-            {"nonzeros", r->nonzeros},
-            {"ms", r->milliseconds},
-            {"at_least", r->at_least}};
-}
-
-nlohmann::ordered_json to_json(std::span<const ElementRow> rows, const ElementRow& row) {
-    nlohmann::ordered_json result{{"body", row.body},
-                                  {"nodes_per_tet", row.nodes_per_tet},
-                                  {"level", row.level},
-                                  {"reference", row.reference},
-                                  {"tets", row.tets},
-                                  {"nodes", row.nodes},
-                                  {"unknowns", row.unknowns},
-                                  {"nonzeros", row.nonzeros},
-                                  {"displacement_error", row.displacement},
-                                  {"energy_error", row.energy},
-                                  {"assembly_ms", row.assembly},
-                                  {"factorisation_ms", row.factorisation},
-                                  {"solve_ms", row.solve}};
-    if (is_compared(row)) {
-        result["equal_displacement_error"] = to_json(equal_error(rows, row, &ElementRow::displacement));
-        result["equal_energy_error"] = to_json(equal_error(rows, row, &ElementRow::energy));
-    }
-    return result;
-}
-
 /// Throws std::runtime_error if there are rows of a body of that name: names tell rows of bodies apart.
 void require_new_name(const Body& body, std::span<const ElementRow> rows) {
     if (std::ranges::any_of(rows, [&](const ElementRow& row) { return row.body == body.name; }))
@@ -114,18 +61,21 @@ void run(const BenchElementsArguments& arguments, Output& out) {
             const std::vector<ElementRow> found = study_elements(body, arguments.config, out);
             rows.insert(rows.end(), found.begin(), found.end());
         }
-    out.text("errors in percent; medians in ms of processor time, one thread");
+    const Rows table = to_rows(rows);
     out.text(
-        "body         nodes a tet  level    nodes unknowns non-zeros displacement   energy   assembly + "
-        "factorise +    solve");
-    nlohmann::ordered_json result = nlohmann::ordered_json::array();
-    for (const ElementRow& row : rows) {
-        tell(row, out);
-        result.push_back(to_json(rows, row));
-    }
-    tell_ratios(rows, out);
-    if (!arguments.csv.empty()) write_table(arguments.csv, rows);
-    out.result(result);
+        "errors are shares; medians in ms of processor time, one thread; the last row of a body is the reference");
+    out.text(to_text(table,
+                     {"body", "nodes_per_tet", "level", "nodes", "unknowns", "nonzeros", "displacement_error",
+                      "energy_error", "assembly_ms", "factorisation_ms", "solve_ms"}));
+    Rows ratios;
+    std::ranges::copy_if(table, std::back_inserter(ratios),
+                         [](const auto& row) { return !row["displacement_at_least"].is_null(); });
+    out.text(
+        "linear tetrahedra of the same error in displacement cost so many times as much; at_least: or more");
+    out.text(to_text(ratios, {"body", "level", "displacement_unknowns_ratio", "displacement_nonzeros_ratio",
+                              "displacement_ms_ratio", "displacement_at_least"}));
+    if (!arguments.csv.empty()) write_csv(arguments.csv, table);
+    out.result(table);
 }
 
 }  // namespace

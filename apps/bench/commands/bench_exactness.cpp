@@ -1,12 +1,15 @@
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "apps/bench/commands/bench_commands.hpp"
 #include "apps/bench/exactness/exactness.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
-#include "meshing/h5/atomic_file.hpp"
 
 namespace nbd {
 namespace {
@@ -17,26 +20,10 @@ struct ExactnessArguments {
     ExactnessConfig config;
 };
 
-struct Sum {
-    long scenes = 0, touching = 0, pairs = 0, queries = 0, different = 0;
-    std::string first_difference;
-
-    void add(const ExactnessRow& row) {
-        scenes += row.scenes;
-        touching += row.touching;
-        pairs += row.pairs;
-        queries += row.queries;
-        different += row.different;
-        if (first_difference.empty()) first_difference = row.first_difference;
-    }
-};
-
 void run(const ExactnessArguments& arguments, Output& out) {
     if (!arguments.csv.empty())
         check_output(arguments.csv, {arguments.bodies.begin(), arguments.bodies.end()}, ".csv");
-    std::vector<std::vector<ExactnessRow>> rows;
-    std::vector<std::string> names;
-    Sum all;
+    Rows rows;
     for (const std::string& file : arguments.bodies) {
         const BenchBody body = load_bench_bodies({{file}}).front();
         if (!body.tree->affine)
@@ -44,33 +31,27 @@ void run(const ExactnessArguments& arguments, Output& out) {
                 fmt::format("{}: its surface does not hang on its nodes with weights of 0 or more; "
                             "allowed: one that does",
                             file));
-        names.push_back(std::filesystem::path(file).stem().string());
-        rows.push_back(check_exactness(body, arguments.config, [&](int scenes) {
-            out.progress(names.back(), scenes, arguments.config.scenes, "scenes");
-        }));
-        Sum sum;
-        for (const ExactnessRow& row : rows.back()) {
-            sum.add(row);
-            all.add(row);
-        }
-        out.text(fmt::format("{}: {} faces, {} scenes, {} with pairs ({} in all), {} answers, {} different",
-                             names.back(), body.faces(), sum.scenes, sum.touching, sum.pairs, sum.queries,
-                             sum.different));
-        if (!arguments.csv.empty()) {  // after each body, since a long run may be ended
-            h5::AtomicFile csv(arguments.csv);
-            csv.out() << to_csv(names, rows);
-            csv.commit();
-        }
+        const std::string name = std::filesystem::path(file).stem().string();
+        const Rows of_body = check_exactness(name, body, arguments.config, [&](int scenes) {
+            out.progress(name, scenes, arguments.config.scenes, "scenes");
+        });
+        out.text(to_text(of_body, {"body", "faces", "poses", "scenes", "touching", "pairs", "queries",
+                                   "different", "first_difference"}));
+        rows.insert(rows.end(), of_body.begin(), of_body.end());
+        if (!arguments.csv.empty()) write_csv(arguments.csv, rows);  // now, since a long run may be ended
     }
-    out.text(fmt::format("{} scenes, {} answers, {} different", all.scenes, all.queries, all.different));
-    out.result({{"scenes", all.scenes},
-                {"touching", all.touching},
-                {"pairs", all.pairs},
-                {"queries", all.queries},
-                {"different", all.different}});
-    if (all.different > 0)
-        throw std::runtime_error(fmt::format("{} of {} answers differ from the reference, the first: {}",
-                                             all.different, all.queries, all.first_difference));
+    nlohmann::ordered_json all;
+    for (const char* key : {"scenes", "touching", "pairs", "queries", "different"})
+        all[key] = sum_of(rows, key);
+    out.text(fmt::format("{} scenes, {} answers, {} different", all["scenes"].dump(), all["queries"].dump(),
+                         all["different"].dump()));
+    all["rows"] = rows;
+    out.result(all);
+    for (const auto& row : rows)
+        if (row["different"] > 0)
+            throw std::runtime_error(fmt::format("{} of {} answers differ from the reference, the first: {}",
+                                                 all["different"].dump(), all["queries"].dump(),
+                                                 row["first_difference"].get<std::string>()));
 }
 
 }  // namespace

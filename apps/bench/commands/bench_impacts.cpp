@@ -1,14 +1,14 @@
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <memory>
-#include <vector>
+#include <stdexcept>
+#include <string>
 
 #include "apps/bench/commands/bench_commands.hpp"
-#include "apps/bench/exactness/impact_checks.hpp"
-#include "apps/bench/measure/measure.hpp"
+#include "apps/bench/exactness/impacts.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
-#include "meshing/h5/atomic_file.hpp"
 
 namespace nbd {
 namespace {
@@ -22,25 +22,16 @@ struct ImpactsArguments {
 
 void run(const ImpactsArguments& arguments, Output& out) {
     if (!arguments.csv.empty()) check_output(arguments.csv, {}, ".csv");
-    std::vector<ImpactScore> scores;
-    if (!arguments.folder.empty())
-        for (const ImpactQueries& queries : read_impact_queries(arguments.folder))
-            scores.push_back(score(queries));
-    ImpactScore all;
-    for (const ImpactScore& s : scores) {
-        all.queries += s.queries;
-        all.collisions += s.collisions;
-        all.missed += s.missed;
-        all.false_alarms += s.false_alarms;
-        all.exhausted += s.exhausted;
-        all.ns += s.ns * static_cast<double>(s.queries);
+    Rows rows;
+    if (!arguments.folder.empty()) rows = score_impacts(read_impact_queries(arguments.folder));
+    const auto all = [&](const char* key) { return sum_of(rows, key); };
+    if (!rows.empty()) {
+        out.text(to_text(rows, {"scene", "kind", "queries", "collisions", "missed", "false_alarms",
+                                "exhausted", "ns", "iterations", "most_iterations"}));
+        out.text(fmt::format("{} queries, {} collide: {} missed, {} false alarms, {} ran out of iterations",
+                             all("queries"), all("collisions"), all("missed"), all("false_alarms"),
+                             all("exhausted")));
     }
-    if (all.queries > 0)
-        out.text(
-            fmt::format("{}{} queries, {} collide: {} missed, {} false alarms, {} ran out of iterations, "
-                        "{:.0f} ns a query",
-                        to_csv(scores), all.queries, all.collisions, all.missed, all.false_alarms,
-                        all.exhausted, all.ns / static_cast<double>(all.queries)));
     const RandomImpacts random =
         check_random_impacts(arguments.random, arguments.samples, arguments.seed, [&](long done) {
             out.progress("random motion", static_cast<double>(done), static_cast<double>(arguments.random),
@@ -51,20 +42,17 @@ void run(const ImpactsArguments& arguments, Output& out) {
                     "{} reported, {} ran out of iterations, {:.2g} of the step before the sample",
                     random.queries, random.collisions, arguments.samples, random.missed, random.late,
                     random.reported, random.exhausted, random.early));
-    if (!arguments.csv.empty() && !scores.empty()) {
-        h5::AtomicFile file(arguments.csv);
-        file.out() << "# " << this_machine() << '\n' << to_csv(scores);
-        file.commit();
-    }
-    out.result({{"queries", all.queries},
-                {"missed", all.missed},
-                {"false_alarms", all.false_alarms},
-                {"exhausted", all.exhausted},
+    if (!arguments.csv.empty() && !rows.empty()) write_csv(arguments.csv, rows);
+    out.result({{"queries", all("queries")},
+                {"missed", all("missed")},
+                {"false_alarms", all("false_alarms")},
+                {"exhausted", all("exhausted")},
                 {"random_queries", random.queries},
                 {"random_collisions", random.collisions},
                 {"random_missed", random.missed},
-                {"random_late", random.late}});
-    if (all.missed + random.missed + random.late > 0) throw std::runtime_error("collisions were missed");
+                {"random_late", random.late},
+                {"rows", rows}});
+    if (all("missed") + random.missed + random.late > 0) throw std::runtime_error("collisions were missed");
 }
 
 }  // namespace

@@ -1,31 +1,70 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <functional>
 #include <memory>
+#include <stdexcept>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "apps/bench/commands/bench_commands.hpp"
 #include "apps/bench/measure/measure.hpp"
-#include "apps/bench/pairs/embree_pairs.hpp"
-#include "apps/bench/pairs/own_methods.hpp"
 #include "apps/bench/pairs/race.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "apps/drawing/chart.hpp"
-#include "meshing/h5/atomic_file.hpp"
-#include "training/files/recording.hpp"
+#include "training/files/frame_source.hpp"
 
 namespace nbd {
 namespace {
 
-struct PeersArguments {
+/// Of every race.
+struct RaceArguments {
     std::string recording, folder;
     std::vector<std::vector<std::string>> bodies;
-    std::vector<std::string> contacts{"light", "heavy"}, orders{"file", "tree"}, only;
+    RaceConfig race;
+};
+
+/// The methods of a race for a body.
+using MethodsFor = std::function<std::vector<PairMethodEntry>(const BenchBody&)>;
+
+/// Races on each body in turn, prints the table and returns it. contact: its kind.
+Rows race_all(const RaceArguments& arguments, const std::string& contact,
+              const std::vector<BenchBody>& bodies, const std::vector<TouchingScene>& scenes,
+              const MethodsFor& methods_for, Output& out) {
+    std::vector<RaceRow> found;
+    for (const BenchBody& body : bodies) {
+        const std::string what = fmt::format("{} contact, {} faces", contact, body.faces());
+        const auto of_body = race(
+            body, methods_for(body), scenes, arguments.race,
+            [&](const std::string& method, double share) { out.progress(what, 100 * share, 100, method); });
+        found.insert(found.end(), of_body.begin(), of_body.end());
+    }
+    const Rows table = to_rows(contact, found);
+    out.text(
+        fmt::format("{} contact, {} scenes; both bodies, medians and the mean of the total in us, one thread",
+                    contact, scenes.size()));
+    out.text(to_text(table, {"faces", "method", "reads", "update_us", "query_us", "total_us", "mean_us",
+                             "p95_us", "pairs", "missed", "invented", "failure"}));
+    return table;
+}
+
+/// Writes FOLDER/CHART.csv and draws FOLDER/CHART.png of it.
+void write_race(const std::filesystem::path& folder, const std::string& chart, const Rows& rows,
+                Output& out) {
+    make_folder(folder);
+    write_csv(folder / (chart + ".csv"), rows);
+    draw_chart(chart, folder / (chart + ".csv"), folder / (chart + ".png"));
+    out.result(rows);
+}
+
+struct PeersArguments : RaceArguments {
+    std::vector<std::string> contacts{"light", "heavy"}, only;
     std::vector<int> clusters{256, 1024};
     int light = 30, heavy = 90;
     TouchingScenesConfig scenes;
-    RaceConfig race;
 };
 
 /// Compares names; a pattern that ends in * matches a prefix.
@@ -42,7 +81,8 @@ bool wanted(const PeersArguments& arguments, const std::string& method) {
 /// Throws std::runtime_error for a method that is gone.
 void check_methods(const PeersArguments& arguments) {
     for (const std::string& pattern : arguments.only)
-        for (const std::string_view method : {"bullet", "fcl", "cgal", "rebuilt boxes"})
+        for (const std::string_view method : {"bullet", "fcl", "cgal", "rebuilt boxes", "cage boxes",
+                                              "lazy boxes from nodes", "embree rebuilt", "reading alone"})
             if (pattern.starts_with(method))
                 throw std::runtime_error(
                     fmt::format("--methods: {} is gone; apps/docs/what_did_not_pay.md has its last times, "
@@ -51,9 +91,9 @@ void check_methods(const PeersArguments& arguments) {
 }
 
 std::vector<PairMethodEntry> methods_for(const PeersArguments& arguments, const BenchBody& body) {
-    std::vector<PairMethodEntry> all{reading_alone()};
-    for (auto& some : {tree_methods(body), box_methods(body, arguments.clusters), embree_methods()})
-        all.insert(all.end(), some.begin(), some.end());
+    std::vector<PairMethodEntry> all = tree_methods(body);
+    for (const int faces : arguments.clusters) all.push_back(lazy_boxes_method(faces));
+    for (PairMethodEntry& method : embree_methods()) all.push_back(std::move(method));
     std::vector<std::string> names;
     for (const PairMethodEntry& method : all) names.push_back(method.name);
     std::erase_if(all, [&](const PairMethodEntry& method) { return !wanted(arguments, method.name); });
@@ -62,31 +102,6 @@ std::vector<PairMethodEntry> methods_for(const PeersArguments& arguments, const 
             fmt::format("--methods: '{}' matches none; allowed: {}, or a beginning of them and *",
                         arguments.only.front(), fmt::join(names, ", ")));
     return all;
-}
-
-nlohmann::ordered_json to_json(const RaceTable& table, const RaceRow& row) {
-    return {{"contact", table.contact}, {"order", table.order},     {"faces", row.faces},
-            {"method", row.method},     {"exact", row.exact},       {"update_us", row.update_us},
-            {"query_us", row.query_us}, {"total_us", row.total_us}, {"p95_us", row.p95_us},
-            {"pairs", row.pairs},       {"missed", row.missed},     {"invented", row.invented},
-            {"recall", row.recall()},   {"scenes", row.scenes},     {"rounds", row.rounds},
-            {"bytes", row.bytes},       {"failure", row.failure}};
-}
-
-RaceTable race_all(const PeersArguments& arguments, const std::vector<BenchBody>& bodies,
-                   const std::vector<TouchingScene>& scenes, const std::string& contact,
-                   const std::string& order, Output& out) {
-    RaceTable table{contact, order, {}};
-    for (const BenchBody& as_given : bodies) {
-        const BenchBody body = order == "tree" ? in_tree_order(as_given) : as_given;
-        const std::vector<PairMethodEntry> methods = methods_for(arguments, body);
-        const std::string what = fmt::format("{} {} {} faces", contact, order, body.faces());
-        const auto rows = race(
-            body, methods, scenes, arguments.race,
-            [&](const std::string& method, double share) { out.progress(what, 100 * share, 100, method); });
-        table.rows.insert(table.rows.end(), rows.begin(), rows.end());
-    }
-    return table;
 }
 
 void run(const PeersArguments& arguments, Output& out) {
@@ -105,25 +120,66 @@ void run(const PeersArguments& arguments, Output& out) {
                              body.tree->spheres.nodes.size(),
                              static_cast<double>(tree_bytes(*body.tree)) / 1e6));
 
-    std::vector<RaceTable> tables;
-    nlohmann::ordered_json result = nlohmann::ordered_json::array();
+    const auto methods = [&](const BenchBody& body) { return methods_for(arguments, body); };
+    Rows rows;
     for (const std::string& contact : arguments.contacts) {
         TouchingScenesConfig config = arguments.scenes;
         config.pairs = contact == "light" ? arguments.light : arguments.heavy;
         const auto scenes = make_touching_scenes(bodies.front(), recording, frames, config);
-        for (const std::string& order : arguments.orders) {
-            tables.push_back(race_all(arguments, bodies, scenes, contact, order, out));
-            out.text(to_text(tables.back()));
-            for (const RaceRow& row : tables.back().rows) result.push_back(to_json(tables.back(), row));
-        }
+        const Rows table = race_all(arguments, contact, bodies, scenes, methods, out);
+        rows.insert(rows.end(), table.begin(), table.end());
     }
-    make_folder(arguments.folder);
-    const std::filesystem::path folder = arguments.folder;
-    h5::AtomicFile csv(folder / "peers.csv");
-    csv.out() << to_csv(tables);
-    csv.commit();
-    draw_chart("peers", folder / "peers.csv", folder / "peers.png");
-    out.result(result);
+    write_race(arguments.folder, "peers", rows, out);
+}
+
+struct Figure5Arguments : RaceArguments {
+    std::vector<std::string> bounds{"exact", "nbd"};
+    double distance = 0.01;
+    int frames = 40;
+};
+
+void run(const Figure5Arguments& arguments, Output& out) {
+    check_output_folder(arguments.folder);
+    check_charts();
+    const RecordingReader recording(arguments.recording);
+    const std::vector<BenchBody> bodies = load_bench_bodies(arguments.bodies);
+    const double radius = static_cast<double>(bodies.front().tree->spheres.rest[0].r);
+    const auto scenes = recorded_scenes(bodies.front(), recording,
+                                        static_cast<float>(arguments.distance * radius), arguments.frames);
+    const auto methods = [&](const BenchBody& body) {
+        std::vector<PairMethodEntry> of_tree;
+        for (const std::string& bound : arguments.bounds)
+            if (const BoundKind kind = bound_kind(bound); has_bounds(*body.tree, kind))
+                of_tree.push_back(tree_method(kind));
+        return of_tree;
+    };
+    if (std::ranges::all_of(bodies, [&](const BenchBody& body) { return methods(body).empty(); }))
+        throw std::runtime_error("none of the trees has any of the requested bounds");
+    out.text(this_machine());
+    const Rows rows = race_all(arguments, "recorded", bodies, scenes, methods, out);
+    write_race(arguments.folder, "figure5", rows, out);
+}
+
+/// Adds the options of every race. name: of the CSV and the chart.
+void add_race_options(CLI::App& command, RaceArguments& arguments, const std::string& name) {
+    command
+        .add_option(
+            "--body", arguments.bodies,
+            "Body file, and optionally a tree file trained on it; repeat for each size, coarsest first")
+        ->required()
+        ->expected(1, 2);
+    command
+        .add_option("-o,--output", arguments.folder,
+                    fmt::format("Folder to write {0}.csv and {0}.png to", name))
+        ->required();
+    command.add_option("--rounds", arguments.race.rounds, "Maximum rounds over all scenes")
+        ->check(whole_number(1, 1'000'000))
+        ->capture_default_str();
+    command
+        .add_option("--seconds", arguments.race.max_seconds,
+                    "Maximum seconds per method and case, after the first round")
+        ->check(positive())
+        ->capture_default_str();
 }
 
 }  // namespace
@@ -131,23 +187,15 @@ void run(const PeersArguments& arguments, Output& out) {
 void add_bench_peers(CLI::App& bench, Output& out) {
     auto arguments = std::make_shared<PeersArguments>();
     CLI::App* command = bench.add_subcommand(
-        "peers", "Times the intersecting faces of two deforming bodies: all bounds, exact boxes, Embree");
+        "peers", "Times the intersecting faces of two deforming bodies: all bounds, lazy boxes, Embree");
     command->footer(
         "Two copies of a body in poses that no tree was trained on; the second is turned and moved in until\n"
         "enough faces of the first body's surface intersect. Surfaces of all bodies hang on the same nodes.");
     command->add_option("DATA", arguments->recording, "Recording of the first body")->required();
-    add_bodies(*command, arguments->bodies);
-    command->add_option("-o,--output", arguments->folder, "Folder to write peers.csv and peers.png to")
-        ->required();
+    add_race_options(*command, *arguments, "peers");
     command->add_option("--contact", arguments->contacts, "How much the bodies overlap")
         ->delimiter(',')
         ->check(one_of({"light", "heavy"}))
-        ->capture_default_str();
-    command
-        ->add_option("--order", arguments->orders,
-                     "Order of the vertices: as in the file, or renumbered by the tree")
-        ->delimiter(',')
-        ->check(one_of({"file", "tree"}))
         ->capture_default_str();
     command->add_option("--methods", arguments->only, "Methods to time, by name or prefix*; default: all")
         ->delimiter(',');
@@ -164,9 +212,32 @@ void add_bench_peers(CLI::App& bench, Output& out) {
     command->add_option("--scenes", arguments->scenes.scenes, "Number of scenes")
         ->check(whole_number(1, 10'000))
         ->capture_default_str();
-    add_race_limits(*command, arguments->race);
     command->add_option("--seed", arguments->scenes.seed, "Seed of the scenes")
         ->check(seed_check())
+        ->capture_default_str();
+    command->final_callback([arguments, &out] { run(*arguments, out); });
+}
+
+void add_bench_fig5(CLI::App& bench, Output& out) {
+    auto arguments = std::make_shared<Figure5Arguments>();
+    CLI::App* command =
+        bench.add_subcommand("fig5", "The paper's figure 5: total, update and collision time by faces");
+    command->footer(
+        "SCENE is what `nbdtree simulate` recorded of two copies of the first body; the frames in which they\n"
+        "touch are asked for on each body's surface.");
+    command->add_option("SCENE", arguments->recording, "Recording of a scene of two bodies")->required();
+    add_race_options(*command, *arguments, "figure5");
+    command->add_option("--bounds", arguments->bounds, "Bounds to compare")
+        ->delimiter(',')
+        ->check(bounds_name())
+        ->capture_default_str();
+    command
+        ->add_option("--distance", arguments->distance,
+                     "Use frames in which the surfaces come at least this close, in radii of the body")
+        ->check(between(0, 1))
+        ->capture_default_str();
+    command->add_option("--frames", arguments->frames, "Maximum number of these frames, evenly spread")
+        ->check(whole_number(1, 1'000'000))
         ->capture_default_str();
     command->final_callback([arguments, &out] { run(*arguments, out); });
 }

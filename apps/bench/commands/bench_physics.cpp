@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -18,7 +17,7 @@ namespace {
 struct PhysicsArguments {
     std::vector<std::string> checks;
     bool quick = false, list = false;
-    std::string csv, picture, known, write_known;
+    std::string csv, picture;
 };
 
 void list(const std::vector<PhysicsCheck>& checks, Output& out) {
@@ -39,15 +38,11 @@ void run(const PhysicsArguments& arguments, Output& out) {
         check_output(arguments.picture, {}, ".png");
         check_charts();
     }
-    if (!arguments.write_known.empty()) check_output(arguments.write_known, {}, ".csv");
-    std::vector<KnownFault> known;
-    if (!arguments.known.empty()) known = read_known_faults(arguments.known);
 
     const std::vector<PhysicsResult> results = run_physics(checks, arguments.quick, out);
     out.text(physics_table(results));
-    if (!arguments.csv.empty()) write_physics_cases(arguments.csv, results);
+    if (!arguments.csv.empty()) write_csv(arguments.csv, physics_rows(results));
     if (!arguments.picture.empty()) draw_chart("physics", arguments.csv, arguments.picture);
-    if (!arguments.write_known.empty()) write_known_faults(arguments.write_known, results);
     nlohmann::ordered_json rows = nlohmann::ordered_json::array();
     for (const PhysicsResult& result : results)
         rows.push_back({{"check", result.check.name},
@@ -56,14 +51,9 @@ void run(const PhysicsArguments& arguments, Output& out) {
                         {"held", result.held()},
                         {"cases", result.rows.size()},
                         {"failed", result.failed()},
+                        {"worst", describe(result.check, result.worst().at)},
                         {"seconds", result.seconds()}});
     out.result({{"checks", rows}});
-    if (arguments.known.empty()) return;
-    const std::vector<std::string> differences = changes(results, known);
-    for (const std::string& line : differences) out.warning(line);
-    if (!differences.empty())
-        throw std::runtime_error(fmt::format("{} of {} checks are not as {} lists them", differences.size(),
-                                             results.size(), arguments.known));
 }
 
 std::vector<std::string> names() {
@@ -86,10 +76,6 @@ void add_bench_physics(CLI::App& app, Output& out) {
         ->add_option("--picture", arguments->picture,
                      "Chart of that table to write, PNG: errors over the range")
         ->needs(csv);
-    command->add_option("--known", arguments->known,
-                        "List of checks that do not hold, CSV: fails where one became worse or holds, "
-                        "and where another fails");
-    command->add_option("--write-known", arguments->write_known, "Writes that list, CSV");
     command->footer(
         "One row a check: its worst case, what was found there, and whether all cases hold.\n"
         "Runs as many cases at a time as there are threads; the outcomes do not depend on it.");

@@ -26,7 +26,7 @@ std::map<std::string, std::string> examples() {
              "  nbdtree-bench fig5 scene.h5 --body beam.h5 tree.h5 --bounds exact,nbd,affine -o figure5"},
             {"contact",
              "  nbdtree-bench contact scene.json -o contact.csv\n"
-             "  nbdtree-bench contact scene.json --seeds 10 --pictures pictures -o contact.csv"},
+             "  nbdtree-bench contact scene.json --seconds 60 --pictures pictures -o contact.csv"},
             {"impacts",
              "  nbdtree-bench impacts --random 1000000\n"
              "  nbdtree-bench impacts queries -o impacts.csv      # a folder of queries with exact answers"},

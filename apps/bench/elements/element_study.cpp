@@ -13,7 +13,6 @@
 
 #include "apps/bench/elements/clamped_body.hpp"
 #include "apps/bench/measure/measure.hpp"
-#include "meshing/h5/atomic_file.hpp"
 #include "sim/factor/cholesky.hpp"
 
 namespace nbd {
@@ -174,12 +173,6 @@ CostRatios ratios(const ElementRow& linear, const ElementRow& quadratic) {
             .milliseconds = linear.total() / quadratic.total()};
 }
 
-std::string cells(const std::optional<CostRatios>& r) {
-    if (!r) return ",,,";
-    return fmt::format("{:.3g},{:.3g},{:.3g},{}", r->unknowns, r->nonzeros, r->milliseconds,
-                       static_cast<int>(r->at_least));
-}
-
 }  // namespace
 
 bool is_compared(const ElementRow& row) noexcept { return row.nodes_per_tet == 10 && !row.reference; }
@@ -207,23 +200,36 @@ std::optional<CostRatios> equal_error(std::span<const ElementRow> rows, const El
     return least;
 }
 
-void write_table(const std::filesystem::path& path, std::span<const ElementRow> rows) {
-    h5::AtomicFile file(path);
-    file.out() << "body,nodes_per_tet,level,reference,tets,nodes,unknowns,nonzeros,displacement_error,"
-                  "energy_error,assembly_ms,factorisation_ms,solve_ms";
-    for (const char* error : {"displacement", "energy"})
-        file.out() << fmt::format(",{0}_unknowns_ratio,{0}_nonzeros_ratio,{0}_ms_ratio,{0}_at_least", error);
-    file.out() << '\n';
+Rows to_rows(std::span<const ElementRow> rows) {
+    Rows table;
     for (const ElementRow& r : rows) {
-        file.out() << fmt::format("{},{},{},{},{},{},{},{},{:.3g},{:.3g},{:.3f},{:.3f},{:.3f}", r.body,
-                                  r.nodes_per_tet, r.level, static_cast<int>(r.reference), r.tets, r.nodes,
-                                  r.unknowns, r.nonzeros, r.displacement, r.energy, r.assembly,
-                                  r.factorisation, r.solve);
-        for (double ElementRow::*error : {&ElementRow::displacement, &ElementRow::energy})
-            file.out() << ',' << cells(is_compared(r) ? equal_error(rows, r, error) : std::nullopt);
-        file.out() << '\n';
+        table.push_back({{"body", r.body},
+                         {"nodes_per_tet", r.nodes_per_tet},
+                         {"level", r.level},
+                         {"reference", r.reference},
+                         {"tets", r.tets},
+                         {"nodes", r.nodes},
+                         {"unknowns", r.unknowns},
+                         {"nonzeros", r.nonzeros},
+                         {"displacement_error", r.displacement},
+                         {"energy_error", r.energy},
+                         {"assembly_ms", r.assembly},
+                         {"factorisation_ms", r.factorisation},
+                         {"solve_ms", r.solve}});
+        for (const auto& [name, error] : {std::pair("displacement", &ElementRow::displacement),
+                                          std::pair("energy", &ElementRow::energy)}) {
+            const auto ratios = is_compared(r) ? equal_error(rows, r, error) : std::nullopt;
+            const auto add = [&, name = name](const char* what, auto value) {
+                nlohmann::ordered_json& cell = table.back()[fmt::format("{}_{}", name, what)];
+                if (ratios) cell = (*ratios).*value;
+            };
+            add("unknowns_ratio", &CostRatios::unknowns);
+            add("nonzeros_ratio", &CostRatios::nonzeros);
+            add("ms_ratio", &CostRatios::milliseconds);
+            add("at_least", &CostRatios::at_least);
+        }
     }
-    file.commit();
+    return table;
 }
 
 }  // namespace nbd

@@ -1,12 +1,12 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "apps/bench/measure/rows.hpp"
 #include "apps/cli/output.hpp"
 #include "meshing/body/body.hpp"
 
@@ -60,7 +60,7 @@ struct CostRatios {
 std::optional<CostRatios> equal_error(std::span<const ElementRow> rows, const ElementRow& quadratic,
                                       double ElementRow::*error);
 
-/// Writes CSV, one line per row, with the ratios of quadratic ones. Atomic.
-void write_table(const std::filesystem::path& path, std::span<const ElementRow> rows);
+/// One row each, with the ratios of quadratic ones; null where there is none.
+Rows to_rows(std::span<const ElementRow> rows);
 
 }  // namespace nbd

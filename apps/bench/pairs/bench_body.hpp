@@ -24,10 +24,6 @@ BenchBody make_bench_body(SurfaceBody surface);
 /// Makes a body with a trained tree of the same body, see load_tree_of(). Drops the modes.
 BenchBody make_bench_body(SurfaceBody surface, TreeFile tree);
 
-/// The same body with its vertices in the order of the tree's leaves, so that vertices close in space are
-/// close in memory.
-BenchBody in_tree_order(const BenchBody& body);
-
 /// Loads bodies that share their tetrahedra, in the given order (coarsest surface first). files: for each
 /// body, a body file and optionally a tree file trained on it. Throws std::runtime_error that names the file
 /// if it cannot be read, a tree belongs to another body, or the tetrahedra differ from the first body's.

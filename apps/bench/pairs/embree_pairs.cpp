@@ -1,4 +1,4 @@
-#include "apps/bench/pairs/embree_pairs.hpp"
+#include "apps/bench/pairs/pair_method.hpp"
 
 #ifdef NBD_WITH_EMBREE
 #include <embree3/rtcore.h>
@@ -11,18 +11,16 @@
 namespace nbd {
 namespace {
 
-/// rtcCollide() accepts only user geometry: one box per face, from its three corners. Dynamic scenes of low
-/// build quality are built by Morton codes; with geometry of quality `refit` a pose moves the boxes alone,
-/// with quality `low` it builds the hierarchy anew.
+/// rtcCollide() accepts only user geometry: one box per face, from its three corners. A dynamic scene of low
+/// build quality with geometry that is refitted: a pose moves the boxes alone.
 class EmbreeScene {
  public:
-    EmbreeScene(RTCDevice device, const SurfaceBody& body, RTCBuildQuality quality)
-        : faces_{&body.F, body.X} {
+    EmbreeScene(RTCDevice device, const SurfaceBody& body) : faces_{&body.F, body.X} {
         scene_ = rtcNewScene(device);
         rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_DYNAMIC);
         rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_LOW);
         geometry_ = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
-        rtcSetGeometryBuildQuality(geometry_, quality);
+        rtcSetGeometryBuildQuality(geometry_, RTC_BUILD_QUALITY_REFIT);
         rtcSetGeometryUserPrimitiveCount(geometry_, body.F.rows());
         rtcSetGeometryUserData(geometry_, this);
         rtcSetGeometryBoundsFunction(geometry_, bound_face, nullptr);
@@ -66,10 +64,10 @@ class EmbreeScene {
 
 class EmbreePairs final : public PairMethod {
  public:
-    EmbreePairs(const BenchBody& body, RTCBuildQuality quality)
+    explicit EmbreePairs(const BenchBody& body)
         : device_(rtcNewDevice("threads=1,set_affinity=0")),
-          a_(device_, body.surface, quality),
-          b_(device_, body.surface, quality) {}
+          a_(device_, body.surface),
+          b_(device_, body.surface) {}
     ~EmbreePairs() override { rtcReleaseDevice(device_); }
 
     void update(const BenchPose& a, const BenchPose& b) override {
@@ -101,12 +99,8 @@ class EmbreePairs final : public PairMethod {
 }  // namespace
 
 std::vector<PairMethodEntry> embree_methods() {
-    const auto entry = [](const char* name, RTCBuildQuality quality) {
-        return PairMethodEntry{.name = name, .make = [quality](const BenchBody& body) {
-                                   return std::make_unique<EmbreePairs>(body, quality);
-                               }};
-    };
-    return {entry("embree", RTC_BUILD_QUALITY_REFIT), entry("embree rebuilt", RTC_BUILD_QUALITY_LOW)};
+    return {{.name = "embree",
+             .make = [](const BenchBody& body) { return std::make_unique<EmbreePairs>(body); }}};
 }
 
 }  // namespace nbd

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "apps/bench/pairs/bench_body.hpp"
 
@@ -35,8 +36,20 @@ struct PairMethodEntry {
     bool exact = true;         // always finds all pairs
     bool reads_nodes = false;  // reads tet nodes and computes surface positions as needed
     std::function<std::unique_ptr<PairMethod>(const BenchBody&)> make;  // the body outlives the method
-    bool answers = true;                // false: finds no pairs, only measures a cost
     std::optional<BoundKind> bounds{};  // of the body's tree; empty: it has its own
 };
+
+/// Method with bounds of the body's tree, through PosedTree and PairQuery.
+PairMethodEntry tree_method(BoundKind kind);
+
+/// One method for each kind of bounds that the tree has.
+std::vector<PairMethodEntry> tree_methods(const BenchBody& body);
+
+/// LazyBoxes over the surface.
+PairMethodEntry lazy_boxes_method(int cluster_faces);
+
+/// Embree's hierarchies, refitted from pose to pose; they find candidates, which the triangle test of
+/// PairQuery decides. Empty if Embree was not found when the program was built.
+std::vector<PairMethodEntry> embree_methods();
 
 }  // namespace nbd

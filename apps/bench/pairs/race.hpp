@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/bench/measure/rows.hpp"
 #include "apps/bench/pairs/pair_method.hpp"
 #include "apps/bench/pairs/touching_scenes.hpp"
 
@@ -20,8 +21,8 @@ struct RaceConfig {
 /// Times of a method for both bodies, medians over scenes and rounds, and the quality of its answers.
 struct RaceRow {
     std::string method;
-    bool exact = true, answers = true, reads_nodes = false;  // as in PairMethodEntry
-    int faces = 0;                                           // of each body
+    bool exact = true, reads_nodes = false;  // as in PairMethodEntry
+    int faces = 0;                           // of each body
     int scenes = 0, rounds = 0;
     double update_us = 0, query_us = 0, total_us = 0;
     double mean_us = 0, p95_us = 0;  // of the total: mean and 95th percentile
@@ -50,18 +51,7 @@ std::vector<RaceRow> race(const BenchBody& body, const std::vector<PairMethodEnt
 /// Memory of a tree with all its bounds, bytes; 0 if unknown.
 std::size_t tree_bytes(const CollisionTree& tree);
 
-/// Rows of one race, with its kind of contact and vertex order.
-struct RaceTable {
-    std::string contact;  // "light", "heavy"
-    std::string order;    // of the vertices: "file", "tree"
-    std::vector<RaceRow> rows;
-};
-
-/// CSV: a line with # that describes the machine, column names, then one line per row.
-std::string to_csv(std::span<const RaceTable> tables);
-
-/// Text table: one line per method, fastest first, with the ratio to the fastest exact method that reads the
-/// same positions.
-std::string to_text(const RaceTable& table);
+/// One row each, of fewer faces first, then the fastest. contact: its kind, "light", "heavy" or "recorded".
+Rows to_rows(const std::string& contact, std::span<const RaceRow> rows);
 
 }  // namespace nbd

@@ -20,6 +20,11 @@ struct CentredPose {
         nodes.rowwise() -= centre;
         x.rowwise() -= centre;
     }
+
+    void turn(const Eigen::Matrix3f& R) {
+        nodes = (nodes * R.transpose()).eval();
+        x = (x * R.transpose()).eval();
+    }
 };
 
 /// How far the second body moves on until enough faces intersect, and their number of pairs.
@@ -40,39 +45,6 @@ std::optional<Overlap> find_overlap(Approach& approach, float touching, float ra
     return std::nullopt;
 }
 
-/// A draw, and the distance of its bodies at first contact.
-struct Meeting {
-    ContactPlacement placement;
-    CentredPose a, b;
-    float touching = 0;
-
-    Meeting(const BenchBody& coarse, const RecordingReader& recording, std::span<const FrameId> frames,
-            std::uint64_t seed, int draw, Approach& approach)
-        : Meeting(coarse, recording, draw_placement(frames, seed, draw), approach) {}
-
-    TouchingScene scene(const Overlap& overlap) const {
-        TouchingScene scene{a.nodes, b.nodes, overlap.pairs};
-        scene.b.rowwise() += (touching - overlap.depth) * placement.from;
-        return scene;
-    }
-
- private:
-    Meeting(const BenchBody& coarse, const RecordingReader& recording, const ContactPlacement& drawn,
-            Approach& approach)
-        : placement(drawn),
-          a(coarse.surface, recording, drawn.first),
-          b(coarse.surface, recording, drawn.second) {
-        b.nodes = (b.nodes * placement.turn.transpose()).eval();
-        b.x = (b.x * placement.turn.transpose()).eval();
-        approach.start(a.x, b.x, placement.from);
-        touching = approach.touching_distance();
-    }
-    static ContactPlacement draw_placement(std::span<const FrameId> frames, std::uint64_t seed, int draw) {
-        CounterRandom random(seed, draw);
-        return draw_contact_placement(frames, random);
-    }
-};
-
 }  // namespace
 
 std::vector<TouchingScene> make_touching_scenes(const BenchBody& coarse, const RecordingReader& recording,
@@ -91,9 +63,17 @@ std::vector<TouchingScene> make_touching_scenes(const BenchBody& coarse, const R
             throw std::runtime_error(
                 fmt::format("{} draws gave {} of {} scenes with {} to {} intersecting faces", draw,
                             scenes.size(), config.scenes, config.pairs, config.pairs + config.pairs / 2));
-        const Meeting meeting(coarse, recording, frames, config.seed, draw, approach);
-        if (const auto overlap = find_overlap(approach, meeting.touching, radius, config.pairs))
-            scenes.push_back(meeting.scene(*overlap));
+        CounterRandom random(config.seed, draw);
+        const ContactPlacement drawn = draw_contact_placement(frames, random);
+        const CentredPose a(coarse.surface, recording, drawn.first);
+        CentredPose b(coarse.surface, recording, drawn.second);
+        b.turn(drawn.turn);
+        approach.start(a.x, b.x, drawn.from);
+        const float touching = approach.touching_distance();
+        if (const auto overlap = find_overlap(approach, touching, radius, config.pairs)) {
+            scenes.push_back({a.nodes, b.nodes, overlap->pairs});
+            scenes.back().b.rowwise() += (touching - overlap->depth) * drawn.from;
+        }
     }
     return scenes;
 }

@@ -21,14 +21,12 @@ Collision collide(const PhysicsCase& c) {
     const double sound = speed_of_sound(c);
     // A twentieth of the speed of sound, unless a step then leads through a good part of the body.
     const double speed = std::min({0.05 * sound, 10.0, 0.1 * c.size / c.dt});
-    WorldConfig config = config_of(c);
-    config.gravity.setZero();
-    World world(config);
     const Solid solid(cube(c), material);
     const Eigen::Matrix3d R = Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 2, 0.5).normalized()).matrix();
-    world.add_body(solid.at({0, 0, 0}, {speed, 0, 0}));
-    world.add_body(solid.at(c.size * Eigen::Vector3d(1.45, 0.45, 0.2), {-speed, 0, 0}, {0, 0, 0}, R));
-    add_far_body(world, c);
+    World world =
+        world_of(c, weightless(c),
+                 {solid.at({0, 0, 0}, {speed, 0, 0}),
+                  solid.at(c.size * Eigen::Vector3d(1.45, 0.45, 0.2), {-speed, 0, 0}, {0, 0, 0}, R)});
     const Eigen::Vector3d p0[2]{momentum(world, 0), momentum(world, 1)},
         l0[2]{angular_momentum(world, 0), angular_momentum(world, 1)};
     // Until half a size of way after the first contact, the longest that an impact takes at this speed.
@@ -51,30 +49,13 @@ Collision collide(const PhysicsCase& c) {
 }  // namespace
 
 std::vector<PhysicsCheck> collision_checks() {
-    const PhysicsRange range{.sizes = three_sizes};
-    return {{.name = "collision_momentum",
-             .section = 1,
-             .truth = "The sum of the momenta of two cubes that collide stays.",
-             .quantity = "lost, share of the sum of momenta",
-             .allowed = 1e-9,
-             .parameter = {},
-             .cases = all_cases(range, 13),
-             .run =
-                 [](const PhysicsCase& c) {
-                     const double error = collide(c).momentum_error;
-                     return PhysicsOutcome{.value = error, .truth = 0, .error = error};
-                 }},
-            {.name = "collision_spin",
-             .section = 1,
-             .truth = "The sum of their angular momenta stays, too.",
-             .quantity = "lost, share of what one body gains",
-             .allowed = 1e-3,
-             .parameter = {},
-             .cases = all_cases(range, 13),
-             .run = [](const PhysicsCase& c) {
-                 const double error = collide(c).angular_error;
-                 return PhysicsOutcome{.value = error, .truth = 0, .error = error};
-             }}};
+    const std::vector<PhysicsCase> cases = all_cases({.sizes = three_sizes}, 13);
+    return {{"collision_momentum", "The sum of the momenta of two cubes that collide stays.",
+             "lost, share of the sum of momenta", 1e-9, cases,
+             [](const PhysicsCase& c) { return zero_outcome(collide(c).momentum_error); }},
+            {"collision_spin", "The sum of their angular momenta stays, too.",
+             "lost, share of what one body gains", 1e-3, cases,
+             [](const PhysicsCase& c) { return zero_outcome(collide(c).angular_error); }}};
 }
 
 }  // namespace nbd

@@ -61,10 +61,8 @@ Landing land(const PhysicsCase& c) {
     const double along = 3, sound = speed_of_sound(c);
     // An impact at more than a tenth of the speed of sound crushes the slab.
     const double drop = std::min(0.1, std::pow(0.1 * sound, 2) / (2 * standard_gravity));
-    World world(config_of(c));
-    world.add_body(slab(c).at({0, 0, 0.15 * c.size + drop}, {along, 0, 0}));
-    world.add_obstacle(floor_plane(c.parameter));
-    add_far_body(world, c);
+    World world = world_of(c, config_of(c), {slab(c).at({0, 0, 0.15 * c.size + drop}, {along, 0, 0})},
+                           {floor_plane(c.parameter)});
     const double fall = std::sqrt(2 * drop / standard_gravity),
                  weight = standard_gravity * world.elastic(0).mass();
     SlidingImpulses impulses(world, c.parameter, 0.01 * weight * c.dt);
@@ -78,16 +76,13 @@ Landing land(const PhysicsCase& c) {
 /// The same on a plate that is a body, whose lower side is held.
 Landing land_on_body(const PhysicsCase& c) {
     const double speed = std::min({0.05 * speed_of_sound(c), 1.0, 0.1 * c.size / c.dt});
-    WorldConfig config = config_of(c);
-    config.gravity.setZero();
+    WorldConfig config = weightless(c);
     config.contact.friction = c.parameter;
-    World world(config);
-    world.add_body(slab(c).at({-c.size, 0, 0.18 * c.size}, {3 * speed, 0, -speed}));
     const Solid plate(brick(c.size * Eigen::Vector3d(5, 3, 0.5), {10, 6, 1}), plain_material(c));
     WorldBody held = plate.at({0, 0, -0.25 * c.size});
     held.grips = {{.nodes = nodes_at(plate.body.tets.X, [](const Eigen::Vector3d& p) { return p[2] < 0; })}};
-    world.add_body(std::move(held));
-    add_far_body(world, c);
+    World world =
+        world_of(c, config, {slab(c).at({-c.size, 0, 0.18 * c.size}, {3 * speed, 0, -speed}), held});
     const double mass = world.elastic(0).mass();
     SlidingImpulses impulses(world, c.parameter, 1e-3 * mass * speed);
     for (double way = 0; way < 0.3 * c.size; way += speed * c.dt) {
@@ -107,11 +102,8 @@ constexpr double slope = 20 * std::numbers::pi / 180;
 World world_on_slope(const PhysicsCase& c, double friction) {
     WorldConfig config = config_of(c);
     config.gravity = standard_gravity * Eigen::Vector3d(std::sin(slope), 0, -std::cos(slope));
-    World world(config);
-    world.add_body(Solid(cube(c), plain_material(c)).at({0, 0, 0.501 * c.size}));
-    world.add_obstacle(floor_plane(friction));
-    add_far_body(world, c);
-    return world;
+    return world_of(c, config, {Solid(cube(c), plain_material(c)).at({0, 0, 0.501 * c.size})},
+                    {floor_plane(friction)});
 }
 
 PhysicsOutcome slide(const PhysicsCase& c) {
@@ -138,65 +130,35 @@ PhysicsOutcome stand(const PhysicsCase& c) {
     const double start = t;
     for (; t < end; t += c.dt) advance(world, c.dt);
     const double way = (mass_centre(world, 0) - before).head<2>().norm() * minute / (t - start);
-    return {.value = way, .truth = 0, .error = way};
+    return zero_outcome(way);
 }
 
 }  // namespace
 
 std::vector<PhysicsCheck> friction_checks() {
-    std::vector<PhysicsCheck> checks;
-    const PhysicsRange landings{.far = FarBody::some, .parameters = {0.1, 0.3}};
-    const auto carries = [](const PhysicsCase& c) { return carries_itself(c); };
-    const std::vector<PhysicsCase> cases = all_cases(landings, 13, carries);
-    checks.push_back({.name = "landing",
-                      .section = 2,
-                      .truth = "A slab that lands while it slides loses the coefficient times the normal "
-                               "impulse (Coulomb).",
-                      .quantity = "friction over coefficient times normal impulse",
-                      .allowed = 0.01,
-                      .parameter = "coefficient",
-                      .cases = cases,
-                      .run = [](const PhysicsCase& c) { return relative_outcome(land(c).sum, 1); }});
-    checks.push_back({.name = "landing_each_step",
-                      .section = 2,
-                      .truth = "In no step does friction exceed the coefficient times the normal force.",
-                      .quantity = "friction over coefficient times normal force, largest of a step",
-                      .allowed = 0.01,
-                      .parameter = "coefficient",
-                      .cases = cases,
-                      .run = [](const PhysicsCase& c) { return excess(land(c).worst); }});
-    const PhysicsRange hits{.sizes = three_sizes, .far = FarBody::some, .parameters = {0.1, 0.3}};
-    checks.push_back(
-        {.name = "landing_on_body",
-         .section = 2,
-         .truth = "The same of a slab that hits a plate obliquely, a body whose lower side is held.",
-         .quantity = "friction over coefficient times normal impulse",
-         .allowed = 0.01,
-         .parameter = "coefficient",
-         .cases = all_cases(hits, 13),
-         .run = [](const PhysicsCase& c) { return relative_outcome(land_on_body(c).sum, 1); }});
-    checks.push_back(
-        {.name = "slope",
-         .section = 2,
-         .truth = "A cube slides down a slope of 20 degrees with g (sin - mu cos).",
-         .quantity = "acceleration, m/s2",
-         .allowed = 0.01,
-         .parameter = "coefficient",
-         .cases =
-             all_cases({.steps = steps_from_1_ms, .far = FarBody::some, .parameters = {0.1, 0.3, 0.35, 0.36}},
-                       37, carries),
-         .run = slide});
-    checks.push_back(
-        {.name = "stands_on_slope",
-         .section = 2,
-         .truth = "Below the limit it stands for a minute.",
-         .quantity = "way in a minute, m",
-         .allowed = 1e-5,
-         .parameter = "share of the limit",
-         .cases = all_cases({.steps = steps_from_1_ms, .far = FarBody::some, .parameters = {0.5, 0.9}}, 29,
-                            carries),
-         .run = stand});
-    return checks;
+    const auto cases = [](int thinning, std::vector<double> parameters) {
+        return all_cases(
+            {.steps = steps_from_1_ms, .far = FarBody::some, .parameters = std::move(parameters)}, thinning,
+            carries_itself());
+    };
+    const std::vector<PhysicsCase> landings =
+        all_cases({.far = FarBody::some, .parameters = {0.1, 0.3}}, 13, carries_itself());
+    return {{"landing",
+             "A slab that lands while it slides loses the coefficient times the normal impulse (Coulomb).",
+             "friction over coefficient times normal impulse", 0.01, landings,
+             [](const PhysicsCase& c) { return relative_outcome(land(c).sum, 1); }, "coefficient"},
+            {"landing_each_step", "In no step does friction exceed the coefficient times the normal force.",
+             "friction over coefficient times normal force, largest of a step", 0.01, landings,
+             [](const PhysicsCase& c) { return excess(land(c).worst); }, "coefficient"},
+            {"landing_on_body",
+             "The same of a slab that hits a plate obliquely, a body whose lower side is held.",
+             "friction over coefficient times normal impulse", 0.01,
+             all_cases({.sizes = three_sizes, .far = FarBody::some, .parameters = {0.1, 0.3}}, 13),
+             [](const PhysicsCase& c) { return relative_outcome(land_on_body(c).sum, 1); }, "coefficient"},
+            {"slope", "A cube slides down a slope of 20 degrees with g (sin - mu cos).", "acceleration, m/s2",
+             0.01, cases(37, {0.1, 0.3, 0.35, 0.36}), slide, "coefficient"},
+            {"stands_on_slope", "Below the limit it stands for a minute.", "way in a minute, m", 1e-5,
+             cases(29, {0.5, 0.9}), stand, "share of the limit"}};
 }
 
 }  // namespace nbd

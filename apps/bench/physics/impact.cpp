@@ -4,7 +4,6 @@
 #include <stdexcept>
 
 #include "apps/bench/physics/physics_check.hpp"
-#include "apps/bench/physics/physics_shapes.hpp"
 #include "apps/bench/physics/physics_world.hpp"
 
 namespace nbd {
@@ -25,8 +24,7 @@ Solid bar(const PhysicsCase& c) {
 
 /// Weightless and without friction.
 WorldConfig bar_config(const PhysicsCase& c) {
-    WorldConfig config = config_of(c);
-    config.gravity.setZero();
+    WorldConfig config = weightless(c);
     config.contact.friction = 0;
     if (c.variant == second_order) config.step.integrator = TimeIntegrator::bdf2;
     return config;
@@ -42,10 +40,9 @@ struct WallHit {
 
 WallHit hit_wall(const PhysicsCase& c) {
     const double dt = bar_step(c), speed = hit_speed * speed_of_sound(c);
-    World world(bar_config(c));
-    world.add_body(bar(c).at({0.501 * c.size, 0, 0}, {-speed, 0, 0}));
-    world.add_obstacle({.shape = PlaneShape{.point = {0, 0, 0}, .normal = Vector3d::UnitX()}, .friction = 0});
-    add_far_body(world, c);
+    World world =
+        world_of(c, bar_config(c), {bar(c).at({0.501 * c.size, 0, 0}, {-speed, 0, 0})},
+                 {{.shape = PlaneShape{.point = {0, 0, 0}, .normal = Vector3d::UnitX()}, .friction = 0}});
     const double most = world.elastic(0).mass() * speed;
     double first = -1, last = -1;
     // Until three times the impact and the way to the wall have passed.
@@ -63,11 +60,9 @@ WallHit hit_wall(const PhysicsCase& c) {
 
 PhysicsOutcome exchange(const PhysicsCase& c) {
     const double dt = bar_step(c), speed = hit_speed * speed_of_sound(c);
-    World world(bar_config(c));
     const Solid solid = bar(c);
-    world.add_body(solid.at({0, 0, 0}, {speed, 0, 0}));
-    world.add_body(solid.at({1.001 * c.size, 0, 0}));
-    add_far_body(world, c);
+    World world =
+        world_of(c, bar_config(c), {solid.at({0, 0, 0}, {speed, 0, 0}), solid.at({1.001 * c.size, 0, 0})});
     const double most = world.elastic(0).mass() * speed;
     for (int s = 0; s < 3 * steps_of_an_impact + 0.001 * c.size / (speed * dt); ++s) advance(world, dt);
     const double kept = momentum(world, 0)[0] / most, given = momentum(world, 1)[0] / most;
@@ -85,22 +80,12 @@ Rebound rebound(const PhysicsCase& c) {
     material.poisson = 0.3;
     WorldConfig config = config_of(c);
     if (c.variant == second_order) config.step.integrator = TimeIntegrator::bdf2;
-    World world(config);
     const double drop = 2.5 * c.size;
-    world.add_body(Solid(ball(c.size / 2, 2), material).at({0, 0, drop + c.size / 2}));
-    world.add_obstacle(floor_plane(0));
-    add_far_body(world, c);
+    World world = world_of(c, config, {Solid(ball(c.size / 2, 2), material).at({0, 0, drop + c.size / 2})},
+                           {floor_plane(0)});
     const double fall = std::sqrt(2 * drop / standard_gravity),
                  whole = world.elastic(0).mass() * standard_gravity * drop;
-    // With a far body the report's energies are of both: the ball's own follow from its state.
-    const auto energy = [&] {
-        const ElasticBody& elastic = world.elastic(0);
-        const BodyState& state = world.state(0);
-        return elastic.measure(state.x).energy +
-               0.5 * state.v.rowwise().squaredNorm().dot(elastic.node_masses()) +
-               standard_gravity * state.x.col(2).dot(elastic.node_masses());
-    };
-    const double start = energy();
+    const double start = energy(world, 0, standard_gravity);  // a report's is also of the far body
     Rebound found;
     double highest = 0;
     bool has_hit = false;
@@ -108,7 +93,7 @@ Rebound rebound(const PhysicsCase& c) {
         advance(world, c.dt);
         has_hit = has_hit || contact_force(world, 0)[2] > 0;
         if (has_hit) highest = std::max(highest, mass_centre(world, 0)[2] - c.size / 2);
-        found.grown = std::max(found.grown, (energy() - start) / whole);
+        found.grown = std::max(found.grown, (energy(world, 0, standard_gravity) - start) / whole);
     }
     if (!has_hit) throw std::runtime_error("the ball does not reach the floor");
     found.height = highest / drop;
@@ -119,10 +104,8 @@ Rebound rebound(const PhysicsCase& c) {
 PhysicsOutcome hertz(const PhysicsCase& c) {
     Material material = plain_material(c);
     material.poisson = 0.3;
-    WorldConfig config = config_of(c);
-    config.gravity.setZero();
-    World world(config);
     const double R = c.size / 2, depth = c.parameter * R;
+    World world(weightless(c));
     world.add_body(Solid(ball(R, 3, 1.7), material).at({0, 0, 0}));
     // Steps so long that the ball is at rest in each.
     const double dt = 20 * R / speed_of_sound(c), start = 1.01 * R;
@@ -132,7 +115,7 @@ PhysicsOutcome hertz(const PhysicsCase& c) {
                             .velocity = {0, 0, -side * (start - R + depth) / (steps * dt)},
                             .friction = 0,
                             .stop = steps * dt});
-    for (int s = 0; s < steps + more; ++s) advance(world, dt);
+    advance(world, dt, steps + more);
     // Of both plates: each pushes with half the sum of the sizes of the nodes' forces along z.
     const double force = world.contact_forces(0).col(2).cwiseAbs().sum() / 2;
     const double modulus = c.young / (1 - material.poisson * material.poisson);
@@ -167,69 +150,29 @@ std::vector<PhysicsCase> falling_balls() {
 }  // namespace
 
 std::vector<PhysicsCheck> impact_checks() {
-    std::vector<PhysicsCheck> checks;
-    checks.push_back({.name = "bar_wall_time",
-                      .section = 3,
-                      .truth = "A bar that hits a frictionless wall lengthwise touches it for 2 L / c, "
-                               "in 100 steps (waves in one dimension).",
-                      .quantity = "time over 2 L / c",
-                      .allowed = 0.03,
-                      .parameter = {},
-                      .cases = hitting_bars(),
-                      .run = [](const PhysicsCase& c) { return relative_outcome(hit_wall(c).lasted, 1); }});
-    checks.push_back({.name = "bar_wall_speed",
-                      .section = 3,
-                      .truth = "It leaves the wall as fast as it came.",
-                      .quantity = "speed over that before",
-                      .allowed = 0.03,
-                      .parameter = {},
-                      .cases = hitting_bars(),
-                      .run = [](const PhysicsCase& c) { return relative_outcome(hit_wall(c).left, 1); }});
-    checks.push_back({.name = "bars_exchange",
-                      .section = 3,
-                      .truth = "Of two equal bars in line, the one that comes stops, "
-                               "and the other goes on with its speed.",
-                      .quantity = "speed given over that before",
-                      .allowed = 0.03,
-                      .parameter = {},
-                      .cases = hitting_bars(),
-                      .run = exchange});
-    checks.push_back(
-        {.name = "ball_rebound",
-         .section = 3,
-         .truth = "An undamped ball that drops by 2.5 diameters rebounds by more than 85 %: its contact "
-                  "lasts five transits of sound.",
-         .quantity = "height over that of the drop",
-         .allowed = 0.15,
-         .parameter = {},
-         .cases = falling_balls(),
-         .run = [](const PhysicsCase& c) {
-             const double height = rebound(c).height;
-             return PhysicsOutcome{.value = height, .truth = 1, .error = std::abs(1 - height)};
-         }});
-    checks.push_back({.name = "ball_energy",
-                      .section = 3,
-                      .truth = "Its energy never grows.",
-                      .quantity = "energy gained, share of that of the drop",
-                      .allowed = 1e-3,
-                      .parameter = {},
-                      .cases = falling_balls(),
-                      .run = [](const PhysicsCase& c) {
-                          const double grown = rebound(c).grown;
-                          return PhysicsOutcome{.value = grown, .truth = 0, .error = grown};
-                      }});
-    checks.push_back(
-        {.name = "hertz",
-         .section = 3,
-         .truth = "A ball between two plates resists with 4/3 E* sqrt(R) d^1.5 (Hertz).",
-         .quantity = "force, N",
-         .allowed = 0.03,
-         .parameter = "depth over the radius",
-         .cases = all_cases(
-             {.sizes = {0.02, 0.2, 2}, .steps = {0}, .far = FarBody::none, .parameters = {0.01, 0.02}}, 11),
-         .run = hertz});
-    for (PhysicsCase& c : checks.back().cases) c.dt = 20 * c.size / 2 / speed_of_sound(c);
-    return checks;
+    const std::vector<PhysicsCase> bars = hitting_bars(), balls = falling_balls();
+    std::vector<PhysicsCase> pressed = all_cases(
+        {.sizes = {0.02, 0.2, 2}, .steps = {0}, .far = FarBody::none, .parameters = {0.01, 0.02}}, 11);
+    for (PhysicsCase& c : pressed) c.dt = 20 * c.size / 2 / speed_of_sound(c);
+    return {{"bar_wall_time",
+             "A bar that hits a frictionless wall lengthwise touches it for 2 L / c, "
+             "in 100 steps (waves in one dimension).",
+             "time over 2 L / c", 0.03, bars,
+             [](const PhysicsCase& c) { return relative_outcome(hit_wall(c).lasted, 1); }},
+            {"bar_wall_speed", "It leaves the wall as fast as it came.", "speed over that before", 0.03, bars,
+             [](const PhysicsCase& c) { return relative_outcome(hit_wall(c).left, 1); }},
+            {"bars_exchange",
+             "Of two equal bars in line, the one that comes stops, and the other goes on with its speed.",
+             "speed given over that before", 0.03, bars, exchange},
+            {"ball_rebound",
+             "An undamped ball that drops by 2.5 diameters rebounds by more than 85 %: "
+             "its contact lasts five transits of sound.",
+             "height over that of the drop", 0.15, balls,
+             [](const PhysicsCase& c) { return relative_outcome(rebound(c).height, 1); }},
+            {"ball_energy", "Its energy never grows.", "energy gained, share of that of the drop", 1e-3,
+             balls, [](const PhysicsCase& c) { return zero_outcome(rebound(c).grown); }},
+            {"hertz", "A ball between two plates resists with 4/3 E* sqrt(R) d^1.5 (Hertz).", "force, N",
+             0.03, pressed, hertz, "depth over the radius"}};
 }
 
 }  // namespace nbd

@@ -1,13 +1,15 @@
 #include "apps/bench/physics/physics_check.hpp"
 
 #include <cmath>
-#include <iterator>
+#include <utility>
 
 namespace nbd {
 
 PhysicsOutcome relative_outcome(double value, double truth) {
     return {.value = value, .truth = truth, .error = std::abs(value - truth) / std::abs(truth)};
 }
+
+PhysicsOutcome zero_outcome(double value) { return {.value = value, .truth = 0, .error = std::abs(value)}; }
 
 std::vector<PhysicsCase> all_cases(const PhysicsRange& range, int thinning,
                                    const std::function<bool(const PhysicsCase&)>& allowed) {
@@ -42,18 +44,22 @@ std::vector<PhysicsCase> all_cases(const PhysicsRange& range, int thinning,
     return cases;
 }
 
-bool carries_itself(const PhysicsCase& c, double share) {
+std::function<bool(const PhysicsCase&)> carries_itself(double share) {
     constexpr double g = 9.81, density = 1000;
-    return density * g * c.size / c.young <= share;
+    return [share](const PhysicsCase& c) { return density * g * c.size / c.young <= share; };
 }
 
 std::vector<PhysicsCheck> physics_checks() {
+    const std::pair<int, std::vector<PhysicsCheck> (*)()> groups[]{
+        {1, free_motion_checks}, {1, collision_checks}, {2, friction_checks},
+        {2, rest_checks},        {3, impact_checks},    {1, ringing_checks},
+        {4, stiffness_checks},   {5, told_checks},      {1, thread_checks}};
     std::vector<PhysicsCheck> all;
-    for (const auto group : {free_motion_checks, collision_checks, friction_checks, rest_checks,
-                             impact_checks, ringing_checks, stiffness_checks, told_checks, thread_checks}) {
-        std::vector<PhysicsCheck> checks = group();
-        all.insert(all.end(), std::make_move_iterator(checks.begin()), std::make_move_iterator(checks.end()));
-    }
+    for (const auto& [section, checks_of] : groups)
+        for (PhysicsCheck& check : checks_of()) {
+            check.section = section;
+            all.push_back(std::move(check));
+        }
     return all;
 }
 

@@ -26,16 +26,16 @@ struct PhysicsOutcome {
     std::string note{};  // empty, or one line
 };
 
-/// A law of motion that every mode must meet over the whole range.
+/// A law of motion that every mode must meet over the whole range: a row of a table of checks.
 struct PhysicsCheck {
-    std::string name;       // on the command line
-    int section = 1;        // of the page
-    std::string truth;      // one sentence with the formula and its source
-    std::string quantity;   // of value and truth, with its unit
-    double allowed = 0;     // largest error
-    std::string parameter;  // what PhysicsCase::parameter is; empty: not used
+    std::string name;      // on the command line
+    std::string truth;     // one sentence with the formula and its source
+    std::string quantity;  // of value and truth, with its unit
+    double allowed = 0;    // largest error
     std::vector<PhysicsCase> cases;
     std::function<PhysicsOutcome(const PhysicsCase&)> run;  // may throw; may be called by several threads
+    std::string parameter{};                                // what PhysicsCase::parameter is; empty: not used
+    int section = 0;                                        // of the page; physics_checks() sets it
 };
 
 /// In which cases a far body flies by: in none, in one of five (for checks that take long), or in each as
@@ -61,11 +61,15 @@ inline const std::vector<double> three_sizes{0.01, 0.1, 10};
 std::vector<PhysicsCase> all_cases(const PhysicsRange& range, int thinning,
                                    const std::function<bool(const PhysicsCase&)>& allowed = {});
 
-/// Whether the own weight of a block of this size and of 1000 kg/m3 shortens it by no more than `share`.
-bool carries_itself(const PhysicsCase& c, double share = 0.1);
+/// Accepts cases in which the own weight of a block of the case's size and of 1000 kg/m3 shortens it by no
+/// more than `share`.
+std::function<bool(const PhysicsCase&)> carries_itself(double share = 0.1);
 
 /// |value - truth| over |truth|.
 PhysicsOutcome relative_outcome(double value, double truth);
+
+/// Of a value that is to be 0: the error is its size.
+PhysicsOutcome zero_outcome(double value);
 
 // The checks of one kind each.
 std::vector<PhysicsCheck> free_motion_checks();

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <filesystem>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "apps/bench/measure/rows.hpp"
 #include "apps/bench/physics/physics_check.hpp"
 #include "apps/cli/output.hpp"
 
@@ -37,26 +37,7 @@ std::string describe(const PhysicsCheck& check, const PhysicsCase& at);
 /// A table in Markdown: one row a check, with its worst case.
 std::string physics_table(std::span<const PhysicsResult> results);
 
-/// Writes CSV, one line per case. Atomic.
-void write_physics_cases(const std::filesystem::path& path, std::span<const PhysicsResult> results);
-
-/// A check that does not hold at present, with the number of cases that fail and the largest error.
-struct KnownFault {
-    std::string check;
-    int failed = 0;
-    double error = 0;
-};
-
-/// Reads the CSV that write_known_faults() writes. Throws std::runtime_error with path and line.
-std::vector<KnownFault> read_known_faults(const std::filesystem::path& path);
-
-/// Writes the checks that do not hold. Atomic.
-void write_known_faults(const std::filesystem::path& path, std::span<const PhysicsResult> results);
-
-/// What differs from the list, one line each: a check that fails and is not listed, one of which more cases
-/// fail or whose error grew by more than `slack`, relative, and a listed one that holds now. Checks that did
-/// not run are passed over.
-std::vector<std::string> changes(std::span<const PhysicsResult> results, std::span<const KnownFault> known,
-                                 double slack = 0.1);
+/// One row per case.
+Rows physics_rows(std::span<const PhysicsResult> results);
 
 }  // namespace nbd

@@ -6,6 +6,7 @@
 
 #include "apps/bench/physics/physics_check.hpp"
 #include "meshing/body/body.hpp"
+#include "meshing/surface/mesh.hpp"
 #include "sim/world/world.hpp"
 
 namespace nbd {
@@ -31,6 +32,7 @@ std::vector<int> nodes_at(const Nodes& X, const Test& test) {
 Material plain_material(const PhysicsCase& c);
 /// The same without any damping.
 Material undamped_material(const PhysicsCase& c);
+Material undamped_material(const PhysicsCase& c, double poisson);
 
 /// What bodies of one shape and material share. Their surface is that of the tetrahedra, their tree as a
 /// scene makes it.
@@ -53,9 +55,44 @@ WorldBody alone(const std::shared_ptr<const ElasticBody>& elastic);
 /// Settings of a case: gravity along -z, all else as by default.
 WorldConfig config_of(const PhysicsCase& c);
 
-/// Adds the case's far body, if it has one; a force carries its weight. Call it after the bodies of the
-/// check.
-void add_far_body(World& world, const PhysicsCase& c);
+/// The same without gravity.
+WorldConfig weightless(const PhysicsCase& c);
+
+/// A world of these bodies and obstacles. The case's far body comes last, if it has one; a force carries its
+/// weight.
+World world_of(const PhysicsCase& c, const WorldConfig& config, std::vector<WorldBody> bodies,
+               const std::vector<Obstacle>& obstacles = {});
+
+/// A ball around the origin: an icosahedron whose faces are split into four `level` times, filled with
+/// tetrahedra. poles > 1 crowds the vertices at both ends of the z axis. May be called by several threads.
+TetMesh ball(double radius, int level, double poles = 1);
+
+/// The surface of a box around the origin, of square cells.
+TriMesh box_surface(const Eigen::Vector3d& size, const Eigen::Vector3i& cells);
+
+/// Fills a surface as `nbdtree mesh` does by default. May be called by several threads.
+TetMesh filled(const TriMesh& surface);
+
+// A bar ten times as long as it is wide and deep, which bends, twists and rings.
+
+/// Torsion constant of a square section by its side to the fourth [TimoshenkoGoodier70].
+constexpr double torsion_constant = 0.140577;
+
+/// Shear coefficient of a rectangular section [Cowper66].
+double shear_coefficient(double poisson);
+
+/// The variant of a case whose bar has the surface of CAD; the others' has four cells across.
+inline const char* const twelve_triangles = "twelve triangles";
+
+/// The bar, as long as the case's size, along x around the origin.
+TetMesh bar_mesh(const PhysicsCase& c);
+
+/// What comes to rest in one step so long that inertia vanishes.
+inline const PhysicsRange still_range{
+    .sizes = {1}, .steps = {1e5}, .moduli = {1e7}, .modes = {false}, .far = FarBody::none};
+
+/// Bars over Poisson's ratio (the parameter), and over sizes and moduli.
+std::vector<PhysicsCase> bar_cases();
 
 /// Of waves in one dimension, m/s.
 double speed_of_sound(const PhysicsCase& c);
@@ -63,7 +100,10 @@ double speed_of_sound(const PhysicsCase& c);
 Obstacle floor_plane(double friction, double height = 0);
 
 /// Steps the world. Throws std::runtime_error where a step fails.
-WorldReport advance(World& world, double dt);
+void advance(World& world, double dt, int steps = 1);
+
+/// Elastic and kinetic energy of a body, and that of its height under `gravity` along -z, J.
+double energy(const World& world, int body, double gravity);
 
 // Of one body: centre of mass, momentum, and angular momentum about the origin.
 Eigen::Vector3d mass_centre(const World& world, int body);

@@ -7,7 +7,6 @@
 #include <stdexcept>
 
 #include "apps/bench/physics/physics_check.hpp"
-#include "apps/bench/physics/physics_shapes.hpp"
 #include "apps/bench/physics/physics_world.hpp"
 #include "sim/fem/modes.hpp"
 
@@ -97,59 +96,39 @@ PhysicsOutcome ringing_energy(const PhysicsCase& c) {
         std::make_shared<const ElasticBody>(brick(c.size * Vector3d(1, 0.2, 0.2), {10, 2, 2}), material);
     WorldConfig config{.gravity = Vector3d::Zero()};
     config.step.integrator = TimeIntegrator::bdf2;
-    World world(config);
     WorldBody body = alone(elastic);
     const Nodes& X = elastic->rest().X;
     body.state = {X, Nodes::Zero(X.rows(), 3)};
     for (Eigen::Index i = 0; i < X.rows(); ++i)
         body.state.x(i, 0) +=
             strain * c.size / std::numbers::pi * std::sin(std::numbers::pi * X(i, 0) / c.size);
-    world.add_body(std::move(body));
-    add_far_body(world, c);
-    const auto energy = [&] {
-        return elastic->measure(world.state(0).x).energy +
-               0.5 * world.state(0).v.rowwise().squaredNorm().dot(elastic->node_masses());
-    };
-    const double start = energy();
+    World world = world_of(c, config, {body});
+    const double start = energy(world, 0, 0);
     double fastest = 0;
     for (int s = 0; s < periods * steps; ++s) {
         advance(world, c.dt);
         fastest = std::max(fastest, world.state(0).v.cwiseAbs().maxCoeff());
     }
     if (fastest < 0.5 * strain * speed_of_sound(c)) throw std::runtime_error("the bar does not ring");
-    return relative_outcome(energy() / start, 1);
+    return relative_outcome(energy(world, 0, 0) / start, 1);
 }
 
 }  // namespace
 
 std::vector<PhysicsCheck> ringing_checks() {
-    std::vector<PhysicsCheck> checks;
     std::vector<PhysicsCase> bars = bar_cases();
     for (PhysicsCase& c : bars) c.dt = 0;
     const PhysicsRange periods{.sizes = three_sizes, .steps = {0}, .modes = {false}};
     std::vector<PhysicsCase> lengthwise = all_cases(periods, 5);
     for (PhysicsCase& c : lengthwise) c.dt = 2 * c.size / speed_of_sound(c) / 50;
-    checks.push_back(
-        {.name = "bar_frequencies",
-         .section = 1,
-         .truth = "A free bar of ten to one, its surface of four cells across, "
-                  "has the ten lowest frequencies of a Timoshenko beam, Saint-Venant's torsion and sound.",
-         .quantity = "frequency, Hz",
-         .allowed = 0.03,
-         .parameter = "Poisson's ratio",
-         .cases = bars,
-         .run = ringing_bar});
-    checks.push_back(
-        {.name = "ringing_energy",
-         .section = 1,
-         .truth = "An undamped bar that rings lengthwise keeps 99 % of its energy over ten periods of 50 "
-                  "steps of the second-order rule.",
-         .quantity = "share of energy left",
-         .allowed = 0.01,
-         .parameter = {},
-         .cases = lengthwise,
-         .run = ringing_energy});
-    return checks;
+    return {{"bar_frequencies",
+             "A free bar of ten to one, its surface of four cells across, "
+             "has the ten lowest frequencies of a Timoshenko beam, Saint-Venant's torsion and sound.",
+             "frequency, Hz", 0.03, bars, ringing_bar, "Poisson's ratio"},
+            {"ringing_energy",
+             "An undamped bar that rings lengthwise keeps 99 % of its energy "
+             "over ten periods of 50 steps of the second-order rule.",
+             "share of energy left", 0.01, lengthwise, ringing_energy}};
 }
 
 }  // namespace nbd

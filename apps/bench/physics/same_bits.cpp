@@ -16,14 +16,13 @@ std::vector<Nodes> pile(const PhysicsCase& c, int threads) {
     std::vector<Nodes> places;
     tbb::task_arena arena(threads);
     arena.execute([&] {
-        World world(config_of(c));
         const Solid solid(cube(c, 8), plain_material(c));
         const Eigen::Matrix3d R = Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 3).normalized()).matrix();
-        world.add_body(solid.at({0, 0, 0.53 * c.size}, {1, 0, -1}));
-        world.add_body(solid.at(c.size * Eigen::Vector3d(0.2, 0.1, 1.8), {0, 0, -3}, {1, 0, 0}, R));
-        world.add_obstacle(floor_plane(0.5));
-        add_far_body(world, c);
-        for (int s = 0; s < 15; ++s) advance(world, c.dt);
+        World world = world_of(c, config_of(c),
+                               {solid.at({0, 0, 0.53 * c.size}, {1, 0, -1}),
+                                solid.at(c.size * Eigen::Vector3d(0.2, 0.1, 1.8), {0, 0, -3}, {1, 0, 0}, R)},
+                               {floor_plane(0.5)});
+        advance(world, c.dt, 15);
         for (int b = 0; b < world.body_count(); ++b) places.push_back(world.state(b).x);
     });
     return places;
@@ -36,20 +35,14 @@ PhysicsOutcome same_bits(const PhysicsCase& c) {
     double apart = 0;
     for (std::size_t b = 0; b < one.size(); ++b)
         apart = std::max(apart, (one[b] - two[b]).cwiseAbs().maxCoeff());
-    return {.value = apart, .truth = 0, .error = apart};
+    return zero_outcome(apart);
 }
 
 }  // namespace
 
 std::vector<PhysicsCheck> thread_checks() {
-    return {{.name = "same_bits",
-             .section = 1,
-             .truth = "Two threads give the same bits as one.",
-             .quantity = "largest difference of a place, m",
-             .allowed = 0,
-             .parameter = {},
-             .cases = all_cases({.sizes = {0.1, 1}, .steps = {5e-3, 2e-2}, .moduli = {1e6}}, 5),
-             .run = same_bits}};
+    return {{"same_bits", "Two threads give the same bits as one.", "largest difference of a place, m", 0,
+             all_cases({.sizes = {0.1, 1}, .steps = {5e-3, 2e-2}, .moduli = {1e6}}, 5), same_bits}};
 }
 
 }  // namespace nbd

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "apps/bench/physics/physics_check.hpp"
-#include "apps/bench/physics/physics_shapes.hpp"
 #include "apps/bench/physics/physics_world.hpp"
 
 namespace nbd {
@@ -13,48 +12,61 @@ namespace {
 
 using Eigen::Vector3d;
 
-struct Hold {
-    std::vector<int> nodes;
-    Nodes by{};  // displacements; empty: none
-};
+/// A body that holds still under small loads.
+class Loaded {
+ public:
+    /// Nodes where `is_held` are held. is_held: of a place at rest.
+    template <class Held>
+    Loaded(const TetMesh& mesh, const Material& material, const Held& is_held)
+        : elastic_(std::make_shared<const ElasticBody>(mesh, material)), held_(nodes_at(X(), is_held)) {}
 
-/// Places of the nodes at rest under small loads: one step so long that inertia vanishes.
-Nodes at_rest(const std::shared_ptr<const ElasticBody>& elastic, const Hold& hold, const Nodes& forces,
+    const Nodes& X() const { return elastic_->rest().X; }
+    const Nodes& x() const { return x_; }
+    const std::vector<int>& held() const { return held_; }
+
+    /// Finds the places of the nodes: one step so long that inertia vanishes. by: of a held node's place at
+    /// rest, its displacement; null: none. forces: on the nodes; empty: none.
+    void rest(const std::function<Vector3d(const Vector3d&)>& by, const Nodes& forces = {},
               const Vector3d& gravity = Vector3d::Zero()) {
-    WorldConfig config{.gravity = gravity};
-    config.limits.stretch = std::numeric_limits<double>::infinity();
-    config.linear = {.solver = LinearSolver::direct, .tolerance = 1e-9};
-    config.step.max_substeps = 1;
-    World world(config);
-    WorldBody body = alone(elastic);
-    if (hold.by.size() == 0) body.grips = {{.nodes = hold.nodes}};
-    for (Eigen::Index k = 0; k < hold.by.rows(); ++k)
-        body.grips.push_back({.nodes = {hold.nodes[k]}, .translation = hold.by.row(k)});
-    world.add_body(std::move(body));
-    if (forces.size() > 0) world.forces(0) = forces;
-    advance(world, 1e5);
-    return world.state(0).x;
-}
+        WorldConfig config{.gravity = gravity};
+        config.limits.stretch = std::numeric_limits<double>::infinity();
+        config.linear = {.solver = LinearSolver::direct, .tolerance = 1e-9};
+        config.step.max_substeps = 1;
+        World world(config);
+        WorldBody body = alone(elastic_);
+        if (!by) body.grips = {{.nodes = held_}};
+        for (std::size_t k = 0; by && k < held_.size(); ++k)
+            body.grips.push_back({.nodes = {held_[k]}, .translation = by(X().row(held_[k]))});
+        world.add_body(std::move(body));
+        if (forces.size() > 0) world.forces(0) = forces;
+        advance(world, 1e5);
+        x_ = world.state(0).x;
+    }
 
-Nodes elastic_forces(const ElasticBody& elastic, const Nodes& x) {
-    ElementPose pose;
-    ElementForces parts;
-    elastic.pose(x, pose, parts);
-    Nodes force(x.rows(), 3);
-    elastic.sum_forces(parts, force);
-    return force;
-}
+    /// Elastic forces on the nodes at rest.
+    Nodes forces() const {
+        ElementPose pose;
+        ElementForces parts;
+        elastic_->pose(x_, pose, parts);
+        Nodes force(x_.rows(), 3);
+        elastic_->sum_forces(parts, force);
+        return force;
+    }
+
+ private:
+    std::shared_ptr<const ElasticBody> elastic_;
+    std::vector<int> held_;
+    Nodes x_{};
+};
 
 /// parameter: Poisson's ratio.
 PhysicsOutcome cantilever(const PhysicsCase& c) {
     const Material material = undamped_material(c, c.parameter);
-    const auto elastic = std::make_shared<const ElasticBody>(bar_mesh(c), material);
-    const Nodes& X = elastic->rest().X;
     const double L = c.size, a = 0.1 * L, g = 1e-3;  // so little that displacements are small
-    const Hold hold{nodes_at(X, [&](const Vector3d& p) { return p[0] < -0.499 * L; })};
-    const Nodes x = at_rest(elastic, hold, {}, {0, 0, -g});
-    const std::vector<int> tip = nodes_at(X, [&](const Vector3d& p) { return p[0] > 0.499 * L; });
-    const double sag = (X(tip, 2) - x(tip, 2)).mean(), load = material.density * a * a * g,
+    Loaded bar(bar_mesh(c), material, [&](const Vector3d& p) { return p[0] < -0.499 * L; });
+    bar.rest({}, {}, {0, 0, -g});
+    const std::vector<int> tip = nodes_at(bar.X(), [&](const Vector3d& p) { return p[0] > 0.499 * L; });
+    const double sag = (bar.X()(tip, 2) - bar.x()(tip, 2)).mean(), load = material.density * a * a * g,
                  inertia = std::pow(a, 4) / 12, shear_modulus = c.young / (2 * (1 + c.parameter));
     return relative_outcome(sag,
                             load * std::pow(L, 4) / (8 * c.young * inertia) +
@@ -62,20 +74,15 @@ PhysicsOutcome cantilever(const PhysicsCase& c) {
 }
 
 PhysicsOutcome torsion(const PhysicsCase& c) {
-    const Material material = undamped_material(c, c.parameter);
-    const auto elastic = std::make_shared<const ElasticBody>(bar_mesh(c), material);
-    const Nodes& X = elastic->rest().X;
     const double L = c.size, a = 0.1 * L, angle = 1e-4;
-    Hold hold{nodes_at(X, [&](const Vector3d& p) { return std::abs(p[0]) > 0.499 * L; })};
-    hold.by.setZero(hold.nodes.size(), 3);
-    for (std::size_t k = 0; k < hold.nodes.size(); ++k) {
-        const Vector3d p = X.row(hold.nodes[k]);
-        if (p[0] > 0) hold.by.row(k) << 0, -angle * p[2], angle * p[1];
-    }
-    const Nodes x = at_rest(elastic, hold, {});
-    const Nodes force = elastic_forces(*elastic, x);
+    Loaded bar(bar_mesh(c), undamped_material(c, c.parameter),
+               [&](const Vector3d& p) { return std::abs(p[0]) > 0.499 * L; });
+    bar.rest([&](const Vector3d& p) {
+        return p[0] > 0 ? Vector3d(0, -angle * p[2], angle * p[1]) : Vector3d(0, 0, 0);
+    });
+    const Nodes &X = bar.X(), &x = bar.x(), force = bar.forces();
     double torque = 0;
-    for (const int node : hold.nodes)
+    for (const int node : bar.held())
         if (X(node, 0) > 0) torque -= x(node, 1) * force(node, 2) - x(node, 2) * force(node, 1);
     // The ends cannot warp: the twist is that of the middle.
     const auto turn = [&](double at) {
@@ -106,19 +113,14 @@ double calculix_block(double poisson) {
 /// A block as wide and deep as the case's size, half as high, bonded to both plates.
 PhysicsOutcome rubber_block(const PhysicsCase& c) {
     const Vector3d size = c.size * Vector3d(1, 1, 0.5);
-    const auto elastic = std::make_shared<const ElasticBody>(filled(box_surface(size, {8, 8, 4})),
-                                                             undamped_material(c, c.parameter));
-    const Nodes& X = elastic->rest().X;
     const double strain = 1e-4;
-    Hold hold{nodes_at(X, [&](const Vector3d& p) { return std::abs(p[2]) > 0.499 * size[2]; })};
-    hold.by.setZero(hold.nodes.size(), 3);
-    for (std::size_t k = 0; k < hold.nodes.size(); ++k)
-        if (X(hold.nodes[k], 2) > 0) hold.by(k, 2) = -strain * size[2];
-    const Nodes x = at_rest(elastic, hold, {});
-    const Nodes force = elastic_forces(*elastic, x);
+    Loaded block(filled(box_surface(size, {8, 8, 4})), undamped_material(c, c.parameter),
+                 [&](const Vector3d& p) { return std::abs(p[2]) > 0.499 * size[2]; });
+    block.rest([&](const Vector3d& p) { return Vector3d(0, 0, p[2] > 0 ? -strain * size[2] : 0); });
+    const Nodes force = block.forces();
     double pressed = 0;
-    for (const int node : hold.nodes)
-        if (X(node, 2) > 0) pressed += force(node, 2);
+    for (const int node : block.held())
+        if (block.X()(node, 2) > 0) pressed += force(node, 2);
     return relative_outcome(pressed / (c.young * size[0] * size[1] * strain), calculix_block(c.parameter));
 }
 
@@ -126,17 +128,15 @@ PhysicsOutcome rubber_block(const PhysicsCase& c) {
 PhysicsOutcome plate(const PhysicsCase& c) {
     constexpr int cells = 40, across = 2;
     const double L = c.size, t = L / 40, pressure = 1e-9 * c.young;
-    const auto elastic = std::make_shared<const ElasticBody>(brick({L, L, t}, {cells, cells, across}),
-                                                             undamped_material(c, c.parameter));
-    const Nodes& X = elastic->rest().X;
-    const Hold hold{
-        nodes_at(X, [&](const Vector3d& p) { return p.head<2>().cwiseAbs().maxCoeff() > 0.499 * L; })};
+    Loaded square(brick({L, L, t}, {cells, cells, across}), undamped_material(c, c.parameter),
+                  [&](const Vector3d& p) { return p.head<2>().cwiseAbs().maxCoeff() > 0.499 * L; });
+    const Nodes& X = square.X();
     Nodes forces = Nodes::Zero(X.rows(), 3);
     for (const int node : nodes_at(X, [&](const Vector3d& p) { return p[2] > 0.49 * t; }))
         forces(node, 2) = -pressure * L * L / (cells * cells);
-    const Nodes x = at_rest(elastic, hold, forces);
+    square.rest({}, forces);
     const double stiffness = c.young * t * t * t / (12 * (1 - c.parameter * c.parameter));
-    return relative_outcome((X.col(2) - x.col(2)).maxCoeff(),
+    return relative_outcome((X.col(2) - square.x().col(2)).maxCoeff(),
                             0.00126532 * pressure * std::pow(L, 4) / stiffness);
 }
 
@@ -151,14 +151,11 @@ PhysicsOutcome slab_on_jelly(const PhysicsCase& c) {
     steel.young = c.parameter * c.young;
     steel.density = 7800;
     const double thickness = strain * c.young / (steel.density * standard_gravity * c.size);
-    World world(config_of(c));
     const Solid block(cube(c, 4), jelly), slab(brick(c.size * Vector3d(1, 1, thickness), {2, 2, 1}), steel);
     WorldBody lower = block.at({0, 0, 0.5 * c.size});
     lower.grips = {
         {.nodes = nodes_at(block.body.tets.X, [&](const Vector3d& p) { return p[2] < -0.49 * c.size; })}};
-    world.add_body(std::move(lower));
-    world.add_body(slab.at({0, 0, c.size * (1.002 + thickness / 2)}));
-    add_far_body(world, c);
+    World world = world_of(c, config_of(c), {lower, slab.at({0, 0, c.size * (1.002 + thickness / 2)})});
     const double rest = 15 / rate;
     while (world.time() < rest) advance(world, c.dt);
     const Nodes& X = block.body.tets.X;
@@ -173,7 +170,11 @@ PhysicsOutcome slab_on_jelly(const PhysicsCase& c) {
 }  // namespace
 
 std::vector<PhysicsCheck> stiffness_checks() {
-    std::vector<PhysicsCheck> checks;
+    const PhysicsRange jellies{.sizes = {0.1, 1},
+                               .steps = steps_from_1_ms,
+                               .moduli = {1e4, 1e6},
+                               .far = FarBody::some,
+                               .parameters = {1e2, 2e7}};
     const std::vector<PhysicsCase> bars = bar_cases();
     const auto still = [](std::vector<double> ratios, std::string variant = {}) {
         PhysicsRange range = still_range;
@@ -181,65 +182,27 @@ std::vector<PhysicsCheck> stiffness_checks() {
         range.variants = {std::move(variant)};
         return range;
     };
-    checks.push_back({.name = "cantilever",
-                      .section = 4,
-                      .truth = "A cantilever of ten to one, its surface of four cells across, "
-                               "sags by its weight as Timoshenko's beam.",
-                      .quantity = "sag under a thousandth of m/s2, m",
-                      .allowed = 0.03,
-                      .parameter = "Poisson's ratio",
-                      .cases = bars,
-                      .run = cantilever});
-    checks.push_back({.name = "cantilever_of_cad",
-                      .section = 4,
-                      .truth = "The same from the twelve triangles of CAD (or `told_one_across` holds).",
-                      .quantity = "sag under a thousandth of m/s2, m",
-                      .allowed = 0.03,
-                      .parameter = "Poisson's ratio",
-                      .cases = all_cases(still({0.3}, twelve_triangles), 1),
-                      .run = cantilever});
-    checks.push_back({.name = "torsion",
-                      .section = 4,
-                      .truth = "The same bar resists torsion with 0.1406 G a^4 (Saint-Venant).",
-                      .quantity = "torque over twist, N m2",
-                      .allowed = 0.03,
-                      .parameter = "Poisson's ratio",
-                      .cases = bars,
-                      .run = torsion});
-    checks.push_back(
-        {.name = "rubber_block",
-         .section = 4,
-         .truth = "A block between bonded plates, half as high as wide, its surface of eight cells across, "
-                  "resists as CalculiX's quadratic tetrahedra say.",
-         .quantity = "force over modulus, area and strain",
-         .allowed = 0.02,
-         .parameter = "Poisson's ratio",
-         .cases = all_cases(still({0.3, 0.45, 0.49, 0.499}), 3),
-         .run = rubber_block});
-    checks.push_back({.name = "plate",
-                      .section = 4,
-                      .truth = "A clamped square plate, a fortieth thick, "
-                               "sinks by 0.001265 p L^4 / D in its middle (Kirchhoff).",
-                      .quantity = "sag in the middle, m",
-                      .allowed = 0.03,
-                      .parameter = "Poisson's ratio",
-                      .cases = all_cases(still({0, 0.3, 0.45}), 2),
-                      .run = plate});
-    checks.push_back(
-        {.name = "slab_on_jelly",
-         .section = 4,
-         .truth = "Jelly under a steel slab is pressed together by m g L / (A E), and by its own weight.",
-         .quantity = "way down, m",
-         .allowed = 0.01,
-         .parameter = "ratio of the moduli",
-         .cases = all_cases({.sizes = {0.1, 1},
-                             .steps = steps_from_1_ms,
-                             .moduli = {1e4, 1e6},
-                             .far = FarBody::some,
-                             .parameters = {1e2, 2e7}},
-                            7, [](const PhysicsCase& c) { return carries_itself(c, 0.1); }),
-         .run = slab_on_jelly});
-    return checks;
+    const char *const ratio = "Poisson's ratio", *const sag = "sag under a thousandth of m/s2, m";
+    return {
+        {"cantilever",
+         "A cantilever of ten to one, its surface of four cells across, "
+         "sags by its weight as Timoshenko's beam.",
+         sag, 0.03, bars, cantilever, ratio},
+        {"cantilever_of_cad", "The same from the twelve triangles of CAD (or `told_one_across` holds).", sag,
+         0.03, all_cases(still({0.3}, twelve_triangles), 1), cantilever, ratio},
+        {"torsion", "The same bar resists torsion with 0.1406 G a^4 (Saint-Venant).",
+         "torque over twist, N m2", 0.03, bars, torsion, ratio},
+        {"rubber_block",
+         "A block between bonded plates, half as high as wide, its surface of eight cells across, "
+         "resists as CalculiX's quadratic tetrahedra say.",
+         "force over modulus, area and strain", 0.02, all_cases(still({0.3, 0.45, 0.49, 0.499}), 3),
+         rubber_block, ratio},
+        {"plate",
+         "A clamped square plate, a fortieth thick, sinks by 0.001265 p L^4 / D in its middle (Kirchhoff).",
+         "sag in the middle, m", 0.03, all_cases(still({0, 0.3, 0.45}), 2), plate, ratio},
+        {"slab_on_jelly",
+         "Jelly under a steel slab is pressed together by m g L / (A E), and by its own weight.",
+         "way down, m", 0.01, all_cases(jellies, 7, carries_itself()), slab_on_jelly, "ratio of the moduli"}};
 }
 
 }  // namespace nbd

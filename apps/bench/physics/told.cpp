@@ -10,7 +10,7 @@
 #include <string>
 
 #include "apps/bench/physics/physics_check.hpp"
-#include "apps/bench/physics/physics_shapes.hpp"
+#include "apps/bench/physics/physics_world.hpp"
 #include "meshing/formats/write_surface.hpp"
 #include "meshing/h5/atomic_file.hpp"
 
@@ -142,32 +142,20 @@ std::vector<PhysicsCase> all_quick(PhysicsRange range) {
 
 std::vector<PhysicsCheck> told_checks() {
     const std::vector<std::string> commands{"simulate", "validate"};
-    const auto check = [](const char* name, const char* truth, std::vector<PhysicsCase> cases, auto run) {
-        return PhysicsCheck{.name = name,
-                            .section = 5,
-                            .truth = truth,
-                            .quantity = "1 if told",
-                            .allowed = 0,
-                            .parameter = {},
-                            .cases = std::move(cases),
-                            .run = run};
-    };
-    std::vector<PhysicsCheck> checks{
-        check("told_overlap",
-              "A start that overlaps is told by `simulate`, with `resolve_start` as the way out.",
-              all_quick({.sizes = {0.1}, .variants = {"in the floor", "half in another", "inside another"}}),
-              overlap),
-        check("told_inversions", "Tetrahedra that end inside out are told with their number.",
-              all_quick({.sizes = {0.1}, .modes = {false}}), inversions),
-        check("told_one_across", "A bar of one tetrahedron across that bends is told.",
-              all_quick({.sizes = {1}, .modes = {false}, .variants = commands}), one_across),
-        check("told_locking", "A Poisson's ratio at which elements lock is told.",
-              all_quick({.sizes = {1}, .modes = {false}, .variants = commands, .parameters = {0.49, 0.499}}),
-              locking),
-        check("told_size", "A body of 100 m, where millimetres may be meant, is told.",
-              all_quick({.sizes = {100}, .modes = {false}, .variants = commands}), large)};
-    checks[3].parameter = "Poisson's ratio";
-    return checks;
+    const char* const answer = "1 if told";
+    return {{"told_overlap",
+             "A start that overlaps is told by `simulate`, with `resolve_start` as the way out.", answer, 0,
+             all_quick({.sizes = {0.1}, .variants = {"in the floor", "half in another", "inside another"}}),
+             overlap},
+            {"told_inversions", "Tetrahedra that end inside out are told with their number.", answer, 0,
+             all_quick({.sizes = {0.1}, .modes = {false}}), inversions},
+            {"told_one_across", "A bar of one tetrahedron across that bends is told.", answer, 0,
+             all_quick({.sizes = {1}, .modes = {false}, .variants = commands}), one_across},
+            {"told_locking", "A Poisson's ratio at which elements lock is told.", answer, 0,
+             all_quick({.sizes = {1}, .modes = {false}, .variants = commands, .parameters = {0.49, 0.499}}),
+             locking, "Poisson's ratio"},
+            {"told_size", "A body of 100 m, where millimetres may be meant, is told.", answer, 0,
+             all_quick({.sizes = {100}, .modes = {false}, .variants = commands}), large}};
 }
 
 }  // namespace nbd

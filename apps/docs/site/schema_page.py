@@ -85,20 +85,3 @@ class SchemaPage:
             return f"{low} to {high}"
         parts = [f"> {above}"] if above is not None else [f">= {low}"] if low is not None else []
         return ", ".join(parts + ([f"<= {high}"] if high is not None else []))
-
-
-def keys_without(schema, what, root=None, path=""):
-    """Paths of the keys whose schema lacks `what`; the ends of ranges need none."""
-    root = root or schema
-    found = []
-    for key, value in schema.get("properties", {}).items():
-        if "$ref" in value:
-            value = {**root["definitions"][value["$ref"].rsplit("/", 1)[1]], **value}
-        if not value.get(what):
-            found.append(path + key)
-        if not SchemaPage.is_range(value):
-            found += keys_without(value, what, root, f"{path}{key}.")
-        found += keys_without(value.get("items", {}), what, root, f"{path}{key}[].")
-    for name, definition in schema.get("definitions", {}).items():
-        found += keys_without(definition, what, root, f"{name}.")
-    return sorted(set(found))

@@ -65,6 +65,8 @@ def members(made):
             yield f"{name}: Final[{ast.unparse(Names(True).visit(result))}]"
         elif not name.startswith("_") or (name in SPECIAL and inspect.isroutine(item) and "->" in (item.__doc__ or "")):
             yield function(name, item)
+        elif name == "__eq__":
+            yield "def __eq__(self, other: object) -> bool: ..."
 
 
 def stubs(module):

@@ -204,7 +204,7 @@ TEST(Calibration, KeepsTheStatedMissRateAtEveryDepthOverRandomSplits) {
         const BoundScores shape = bound.scores(30, 20, 1), pool = bound.scores(2 * half, 20, 2);
         Eigen::ArrayXd keeping = Eigen::ArrayXd::Zero(5), missing = keeping;
         for (int s = 0; s < splits; ++s) {
-            const HeldOut split = draw_held_out(ids, 0.5, 1 + s);
+            const DatasetSplit split = draw_held_out(ids, 0.5, 1 + s);
             ASSERT_EQ(split.train.size(), half);
             const Calibration calibration = calibrate(bound.tree(), shape, only(pool, split.train),
                                                       {.miss_rate = 0.02, .confidence = 0.8});

@@ -1,4 +1,4 @@
-#include "apps/bench/exactness/impact_checks.hpp"
+#include "apps/bench/exactness/impacts.hpp"
 
 #include <fmt/format.h>
 
@@ -19,9 +19,11 @@ namespace {
 
 constexpr int repetitions = 5;
 
+using Motion = std::array<MovingPoint, 4>;
+
 const char* name(FeatureKind kind) { return kind == FeatureKind::vertex_face ? "vertex-face" : "edge-edge"; }
 
-double distance_at(FeatureKind kind, const ImpactCorners& x, double time) {
+double distance_at(FeatureKind kind, const Motion& x, double time) {
     std::array<Eigen::Vector3d, 4> y;
     for (std::size_t k = 0; k < 4; ++k) y[k] = (1 - time) * x[k].begin + time * x[k].end;
     return closest_points(kind, y).distance;
@@ -54,7 +56,7 @@ void read_file(const std::filesystem::path& file, ImpactQueries& into) {
     constexpr int corners = 4, rows = 2 * corners;
     std::ifstream in(file);
     if (!in) throw std::runtime_error(fmt::format("{}: cannot be read", file.string()));
-    ImpactCorners query;
+    Motion query;
     int number = 0;
     for (std::string line; std::getline(in, line); ++number) {
         const Row row = read_row(line, file, number + 1);
@@ -97,28 +99,41 @@ std::vector<ImpactQueries> read_impact_queries(const std::filesystem::path& fold
     return result;
 }
 
-ImpactScore score(const ImpactQueries& queries) {
-    ImpactScore result{
-        .scene = queries.scene, .kind = queries.kind, .queries = static_cast<long>(queries.queries.size())};
-    std::vector<Impact> impacts(queries.queries.size());
-    std::vector<double> times;
-    for (int r = 0; r < repetitions; ++r) {
-        const Stopwatch watch;
-        for (std::size_t i = 0; i < impacts.size(); ++i)
-            impacts[i] = feature_impact(queries.kind, queries.queries[i], {});
-        times.push_back(1e3 * watch.microseconds() / static_cast<double>(impacts.size()));
+Rows score_impacts(std::span<const ImpactQueries> queries) {
+    Rows rows;
+    for (const ImpactQueries& some : queries) {
+        const std::size_t count = some.queries.size();
+        std::vector<Impact> impacts(count);
+        std::vector<double> times;
+        for (int r = 0; r < repetitions; ++r) {
+            const Stopwatch watch;
+            for (std::size_t i = 0; i < count; ++i)
+                impacts[i] = feature_impact(some.kind, some.queries[i], {});
+            times.push_back(1e3 * watch.microseconds() / static_cast<double>(count));
+        }
+        long collisions = 0, missed = 0, false_alarms = 0, exhausted = 0, iterations = 0;
+        int most_iterations = 0;
+        for (std::size_t i = 0; i < count; ++i) {
+            const bool truth = some.collides[i] != 0, hits = impacts[i].hits;
+            collisions += truth;
+            missed += truth && !hits;
+            false_alarms += hits && !truth;
+            exhausted += impacts[i].exhausted;
+            iterations += impacts[i].iterations;
+            most_iterations = std::max(most_iterations, impacts[i].iterations);
+        }
+        rows.push_back({{"scene", some.scene},
+                        {"kind", name(some.kind)},
+                        {"queries", count},
+                        {"collisions", collisions},
+                        {"missed", missed},
+                        {"false_alarms", false_alarms},
+                        {"exhausted", exhausted},
+                        {"ns", median(times)},
+                        {"iterations", static_cast<double>(iterations) / static_cast<double>(count)},
+                        {"most_iterations", most_iterations}});
     }
-    result.ns = median(times);
-    for (std::size_t i = 0; i < impacts.size(); ++i) {
-        const bool truth = queries.collides[i] != 0, hits = impacts[i].hits;
-        result.collisions += truth;
-        result.missed += truth && !hits;
-        result.false_alarms += hits && !truth;
-        result.exhausted += impacts[i].exhausted;
-        result.most_iterations = std::max(result.most_iterations, impacts[i].iterations);
-        result.iterations += impacts[i].iterations / static_cast<double>(impacts.size());
-    }
-    return result;
+    return rows;
 }
 
 RandomImpacts check_random_impacts(long count, int samples, std::uint64_t seed,
@@ -131,7 +146,7 @@ RandomImpacts check_random_impacts(long count, int samples, std::uint64_t seed,
         const auto point = [&] {
             return Eigen::Vector3d(random.uniform(0, 1), random.uniform(0, 1), random.uniform(0, 1));
         };
-        ImpactCorners x;
+        Motion x;
         for (MovingPoint& corner : x) corner = {point(), point()};
         const auto kind = q % 2 == 0 ? FeatureKind::vertex_face : FeatureKind::edge_edge;
         const double separation = random.uniform(1e-4, 0.02);
@@ -150,16 +165,6 @@ RandomImpacts check_random_impacts(long count, int samples, std::uint64_t seed,
     }
     if (result.collisions > 0) result.early /= result.collisions;
     return result;
-}
-
-std::string to_csv(std::span<const ImpactScore> scores) {
-    std::string text =
-        "scene,kind,queries,collisions,missed,false_alarms,exhausted,ns,iterations,most_iterations\n";
-    for (const ImpactScore& s : scores)
-        text += fmt::format("{},{},{},{},{},{},{},{:.0f},{:.2f},{}\n", s.scene, name(s.kind), s.queries,
-                            s.collisions, s.missed, s.false_alarms, s.exhausted, s.ns, s.iterations,
-                            s.most_iterations);
-    return text;
 }
 
 }  // namespace nbd

@@ -8,19 +8,17 @@
 #include <string>
 #include <vector>
 
+#include "apps/bench/measure/rows.hpp"
 #include "collision/continuous/feature_pair.hpp"
 
 namespace nbd {
-
-/// One query: the vertex and the face's corners, or the ends of both edges.
-using ImpactCorners = std::array<MovingPoint, 4>;
 
 /// Queries of one kind from one scene, with their exact answers.
 struct ImpactQueries {
     std::string scene;
     FeatureKind kind = FeatureKind::vertex_face;
-    std::vector<ImpactCorners> queries{};
-    std::vector<char> collides{};  // [queries]
+    std::vector<std::array<MovingPoint, 4>> queries{};  // vertex and corners of the face, or both edges' ends
+    std::vector<char> collides{};                       // [queries]
 };
 
 /// Reads queries in the format of [WangEtAl21]: FOLDER/SCENE/{edge-edge,vertex-face}/*.csv, eight rows a
@@ -29,19 +27,10 @@ struct ImpactQueries {
 /// of another form or a folder without queries. Coordinates are rounded to double precision.
 std::vector<ImpactQueries> read_impact_queries(const std::filesystem::path& folder);
 
-/// Answers to queries with known ones.
-struct ImpactScore {
-    std::string scene;
-    FeatureKind kind = FeatureKind::vertex_face;
-    long queries = 0, collisions = 0;   // in truth
-    long missed = 0, false_alarms = 0;  // wrong answers
-    long exhausted = 0;                 // searches that ran out of iterations
-    double ns = 0;                      // median time of a query over repetitions
-    double iterations = 0;              // closest points a query, mean
-    int most_iterations = 0;
-};
-
-ImpactScore score(const ImpactQueries& queries);
+/// Compares answers with the known ones: scene, kind, queries, collisions (in truth), missed and false_alarms
+/// (wrong answers), exhausted (searches that ran out of iterations), ns (median time of a query over
+/// repetitions), iterations (closest points a query, mean) and most_iterations.
+Rows score_impacts(std::span<const ImpactQueries> queries);
 
 /// Random motion: corners begin and end anywhere in a unit cube, and collide within a random distance.
 struct RandomImpacts {
@@ -55,7 +44,5 @@ struct RandomImpacts {
 /// number of queries so far; may throw.
 RandomImpacts check_random_impacts(long count, int samples, std::uint64_t seed,
                                    const std::function<void(long)>& done);
-
-std::string to_csv(std::span<const ImpactScore> scores);
 
 }  // namespace nbd

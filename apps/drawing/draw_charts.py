@@ -1,12 +1,11 @@
 #!/usr/bin/env python3
 """Draws a chart of a table that `nbdtree` or `nbdtree-bench` wrote.
 
-    python3 draw.py CHART TABLE.csv -o CHART.png      # or .svg, .pdf
+    python3 draw_charts.py CHART TABLE.csv -o CHART.png      # or .svg, .pdf
 
   outside    bounds.csv of `nbdtree figures`: vertices outside by depth (figure 6 of the paper)
   radii      the same: radius error by depth (figure 7)
   margins    the same, of one --body: vertices outside by margin (figure 8)
-  spheres    figure10_BODY.csv, with --tiles, the pictures of the spheres (figure 10)
   peers      peers.csv of `nbdtree-bench peers`: times of all methods
   figure5    figure5.csv of `nbdtree-bench fig5`: times by the number of faces (figure 5)
   physics    the table of `nbdtree-bench physics`: errors by size, step and mode
@@ -202,64 +201,29 @@ def margins(table, options):
     return figure
 
 
-def spheres(table, options):
-    """The tiles of `options.tiles`, a row for each kind of bounds, a column for each depth."""
-    table.need("bound", "depth", "vertices_outside")
-    if not options.tiles:
-        raise Refused("spheres: needs --tiles, the pictures of the spheres")
-    bounds, depths = (distinct(r[key] for r in table.rows) for key in ("bound", "depth"))
-    try:
-        image = plt.imread(options.tiles)
-    except (OSError, SyntaxError, ValueError) as error:
-        raise Refused(f"{options.tiles}: is no picture that can be read") from error
-    height, width = image.shape[0] // len(bounds), image.shape[1] // len(depths)
-    figure, axes = panels(len(bounds), len(depths), 1.9 * len(depths) + 0.3, 2.1 * len(bounds) + 0.4)
-    for i, (row, bound) in enumerate(zip(axes, bounds)):
-        for j, (panel, depth) in enumerate(zip(row, depths)):
-            panel.imshow(image[i * height:(i + 1) * height, j * width:(j + 1) * width])
-            panel.set(xticks=[], yticks=[])
-            panel.grid(False)
-            panel.spines[:].set_visible(False)
-            of = [r for r in table.rows if (r["bound"], r["depth"]) == (bound, depth)]
-            out = sum(table.number(r, "vertices_outside") > 0 for r in of)
-            panel.set_title(f"depth {depth}: {out} of {len(of)} miss" if bound != "exact" else f"depth {depth}", fontsize=8,
-                            fontweight="normal", pad=2)
-        name = options.row[i] if i < len(options.row) else bound
-        row[0].set_ylabel(name.replace(", ", ",\n"), fontsize=9, fontweight="bold")
-    if options.title:
-        figure.suptitle(options.title, fontsize=10.5)
-    return figure
-
-
 def peers(table, _):
-    """A panel for each contact and order, a line of dots for each method: one dot for each size of the bodies."""
-    table.need("contact", "order", "faces", "method", "total_us", "failure")
+    """A panel for each kind of contact, a line of dots for each method: one dot for each size of the bodies."""
+    table.need("contact", "faces", "method", "total_us", "failure")
     rows = [r for r in table.rows if not r["failure"]]
     if not rows:
         raise Refused(f"{table.path}: has no rows to draw: all methods failed")
-    kinds = distinct((r["contact"], r["order"]) for r in rows)
+    contacts = distinct(r["contact"] for r in rows)
     sizes = sorted({int(table.number(r, "faces")) for r in rows})
     largest = {r["method"]: table.number(r, "total_us") for r in sorted(rows, key=lambda r: int(r["faces"]))}
     methods = sorted(largest, key=largest.get, reverse=True)
-    columns = min(2, len(kinds))
-    lines = math.ceil(len(kinds) / columns)
     shade = plt.get_cmap("viridis_r")
-    figure, axes = panels(lines, columns, 3 + 3.4 * columns, 1 + lines * (0.5 + 0.17 * len(methods)), sharex=True, sharey=True)
+    figure, axes = panels(1, len(contacts), 3 + 3.4 * len(contacts), 1.5 + 0.17 * len(methods), sharex=True, sharey=True)
     colour = {size: shade(0.12 + 0.88 * i / max(len(sizes) - 1, 1)) for i, size in enumerate(sizes)}
-    for panel in axes.flat[len(kinds):]:
-        panel.set_visible(False)
-    for panel, (contact, order) in zip(axes.flat, kinds):
-        of = [r for r in rows if (r["contact"], r["order"]) == (contact, order)]
+    for panel, contact in zip(axes[0], contacts):
         for y, method in enumerate(methods):
-            points = sorted((int(r["faces"]), table.number(r, "total_us")) for r in of if r["method"] == method)
+            points = sorted((int(r["faces"]), table.number(r, "total_us")) for r in rows
+                            if (r["contact"], r["method"]) == (contact, method))
             panel.plot([t for _, t in points], [y] * len(points), color="#c8c8ce", lw=1, zorder=1)
             panel.scatter([t for _, t in points], [y] * len(points), c=[colour[size] for size, _ in points], s=18, zorder=2)
-        panel.set_title(f"{contact} contact, {order} order")
+        panel.set(title=f"{contact} contact", xlabel="update and query of both bodies")
     axes[0][0].set_yticks(range(len(methods)), [label(m) for m in methods])
     log_scale(axes[0][0], [table.number(r, "total_us") for r in rows], "x")
     axes[0][0].xaxis.set_major_formatter(FuncFormatter(microseconds))
-    for panel in axes[-1]:
-        panel.set_xlabel("update and query of both bodies")
     figure.suptitle("Intersecting faces of two deforming bodies, one thread", fontsize=10.5)
     legend_below(figure, [plt.Line2D([], [], color=colour[size], marker="o", ls="", label=f"{faces(size)} faces each")
                           for size in sizes], 4)
@@ -338,7 +302,7 @@ def physics(table, _):
     return figure
 
 
-CHARTS = {chart.__name__: chart for chart in (outside, radii, margins, spheres, peers, figure5, physics)}
+CHARTS = {chart.__name__: chart for chart in (outside, radii, margins, peers, figure5, physics)}
 
 
 def save(figure, path):
@@ -370,10 +334,7 @@ def main():
     parser.add_argument("chart", metavar="CHART", choices=CHARTS, help=", ".join(CHARTS))
     parser.add_argument("table", metavar="TABLE", type=Path, help="CSV")
     parser.add_argument("-o", "--output", type=Path, required=True, help="picture to write: .png, .svg or .pdf")
-    parser.add_argument("--title", help="of `spheres`")
     parser.add_argument("--body", help="of `margins`; default: the first of the table")
-    parser.add_argument("--tiles", type=Path, help="PNG of equal tiles, rows by bounds and columns by depth, for `spheres`")
-    parser.add_argument("--row", action="append", default=[], help="label of a row of tiles, one for each kind of bounds")
     if sys.argv[1:] != ["--check"]:  # which asks whether charts can be drawn here
         options = parser.parse_args()
     if plt is None:
