@@ -23,6 +23,7 @@ TEST(Rows, AreWrittenAsCsvAndAsText) {
     EXPECT_TRUE(csv.starts_with("# "));
     EXPECT_EQ(csv.substr(csv.find('\n') + 1),
               "name,count,share,holds,note\n\"a, \"\"b\"\"\",12345,0.123456,1,\nc,1,inf,0,x\n");
+    EXPECT_EQ(sum_of(rows, "count"), 12346);
     EXPECT_EQ(to_text(rows, {"name", "count", "share"}),
               "name    count  share\na, \"b\"  12345  0.123\nc           1    inf");
 }
