@@ -36,7 +36,7 @@ CLI::Validator not_negative_whole() {
 CLI::Validator seed_check() {
     return CLI::Validator(
         [](std::string& text) {
-            if (number_in<std::uint64_t>(text)) return std::string();
+            if (plain_number_in<std::uint64_t>(text)) return std::string();
             return fmt::format("is '{}'; allowed: a whole number from 0 to 2^64 - 1", text);
         },
         ">= 0");
@@ -45,7 +45,7 @@ CLI::Validator seed_check() {
 CLI::Validator port_number() {
     return CLI::Validator(
         [](std::string& text) {
-            if (text.empty() || number_in<std::uint16_t>(text)) return std::string();
+            if (text.empty() || plain_number_in<std::uint16_t>(text)) return std::string();
             return fmt::format(
                 "is '{}'; allowed: a port from 0 to 65535, or nothing as the last word of the command", text);
         },

@@ -10,7 +10,7 @@ namespace {
 
 std::optional<int> from_environment(const char* name) {
     const char* text = std::getenv(name);
-    const auto value = text ? number_in<int>(text) : std::nullopt;
+    const auto value = text ? plain_number_in<int>(text) : std::nullopt;
     return value && *value >= 0 ? value : std::nullopt;
 }
 

@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
+#include <cmath>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <sstream>
 #include <utility>
@@ -24,6 +26,7 @@ struct MeshArguments {
     std::string input, output, scheme = "midpoint", law{name(MaterialLaw::corotated)};
     std::vector<std::string> regions;
     MeshFileConfig config;
+    std::function<void()> check_options{};  // refuses those that the input takes no notice of
 };
 
 std::vector<std::string> names_of_laws() {
@@ -37,8 +40,8 @@ std::vector<std::string> names_of_laws() {
 }
 
 double number(const std::string& text, const std::string& value) {
-    const auto result = number_in<double>(value);
-    if (!result) refuse_region(text, fmt::format("\"{}\" is not a number", value));
+    const auto result = plain_number_in<double>(value);
+    if (!result || !std::isfinite(*result)) refuse_region(text, fmt::format("\"{}\" is not a number", value));
     return *result;
 }
 
@@ -102,6 +105,7 @@ nlohmann::ordered_json to_json(const CageReport& cage) {
 }
 
 void run(const MeshArguments& arguments, Output& out) {
+    arguments.check_options();
     check_output(arguments.output, {arguments.input, arguments.config.inside}, ".h5");
     MeshFileConfig config = arguments.config;
     config.material.law = *material_law(arguments.law);
@@ -258,11 +262,11 @@ void add_mesh(CLI::App& app, Output& out) {
     for (CLI::Option* option : of_material) inside->excludes(option);
     inside->excludes(cage);
     of_filling.push_back(weld);
-    command.parse_complete_callback([&input = arguments.input, of_material, of_filling] {
+    arguments.check_options = [&input = arguments.input, of_material, of_filling] {
         if (holds_tets(input)) refuse_any(of_filling, "is for surfaces, but " + input + " holds tetrahedra");
         if (std::filesystem::path(input).extension() == ".h5")
             refuse_any(of_material, "the body file " + input + " has a material of its own");
-    });
+    };
 }
 
 }  // namespace nbd

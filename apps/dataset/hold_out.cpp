@@ -24,7 +24,7 @@ using Json = nlohmann::ordered_json;
 }
 
 std::optional<double> number(std::string_view text) {
-    const auto value = number_in<double>(text);
+    const auto value = plain_number_in<double>(text);
     return value && std::isfinite(*value) ? value : std::nullopt;
 }
 

@@ -76,7 +76,7 @@ struct RunPage::Server {
     };
 
     void answer(const httplib::Request& request, httplib::Response& response) {
-        const auto from = number_in<std::uint32_t>(request.get_param_value("from"));
+        const auto from = plain_number_in<std::uint32_t>(request.get_param_value("from"));
         if (!from) return refuse(response, 400, "from: allowed: the number of frames that the page has");
         const Answering guard(*this);
         std::string text = frames->answer(request.get_param_value("run"), *from);

@@ -21,7 +21,7 @@ namespace {
 std::optional<int> cut_number(std::string_view& text) {
     const std::size_t colon = text.rfind(':');
     if (colon == std::string_view::npos) return std::nullopt;
-    const auto number = number_in<int>(text.substr(colon + 1));
+    const auto number = plain_number_in<int>(text.substr(colon + 1));
     if (!number || *number < 0) return std::nullopt;
     text = text.substr(0, colon);
     return number;

@@ -21,6 +21,8 @@ class FileCursor {
 
     /// Skips white space. Returns true at the end of the file.
     bool at_end() noexcept;
+    /// Number of bytes behind the cursor.
+    std::size_t bytes_left() const noexcept { return bytes_.size() - at_; }
     /// The next word; the rest of the current line, moving past its end.
     std::string_view word();
     std::string_view line();

@@ -64,7 +64,7 @@ class Header {
                                     "binary_big_endian",
                                     printable(encoding_)));
             } else if (word == "element") {
-                if (encoding_.empty()) fail("no \"format\" line");
+                if (encoding_.empty()) fail("no \"format\" line before the elements");
                 Element element;
                 if (!(words >> element.name >> element.count)) fail("an element has no count");
                 elements.push_back(std::move(element));
@@ -81,11 +81,11 @@ class Header {
 
     [[noreturn]] void fail(const std::string& what) const { in_.fail("PLY header: " + what); }
 
+    bool is_binary() const { return encoding_ == "binary_little_endian" || encoding_ == "binary_big_endian"; }
+
     std::vector<Element> elements;
 
  private:
-    bool is_binary() const { return encoding_ == "binary_little_endian" || encoding_ == "binary_big_endian"; }
-
     Property property(std::istringstream& words) const {
         Property property;
         std::string type;
@@ -143,12 +143,15 @@ class Strips {
     std::size_t length_ = 0;                 // corners of the strip so far
 };
 
-void read_element(const Element& element, FileCursor& in, PolygonSoup& soup) {
+void read_element(const Element& element, bool is_binary, FileCursor& in, PolygonSoup& soup) {
     const bool is_vertex = element.name == "vertex", is_face = element.name == "face",
                is_strips = element.name == "tristrips";
     Strips strips(soup);
     if (element.properties.empty()) return;  // has no data, whatever its count
     for (std::size_t i = 0; i < element.count; ++i) {
+        if (is_binary ? in.bytes_left() == 0 : in.at_end())
+            in.fail(fmt::format("the file ends early, in {} {} of {}", printable(element.name), i,
+                                element.count));
         std::array<double, 3> x{};
         for (const Property& property : element.properties) {
             const double count = property.read_count ? property.read_count(in) : 1;
@@ -193,7 +196,7 @@ PolygonSoup read_ply(const std::filesystem::path& path) {
         header.fail("no face property \"vertex_indices\", and no triangle strips");
 
     PolygonSoup soup;
-    for (const Element& element : header.elements) read_element(element, in, soup);
+    for (const Element& element : header.elements) read_element(element, header.is_binary(), in, soup);
     return soup;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <concepts>
 #include <limits>
 #include <optional>
@@ -38,6 +39,21 @@ std::optional<T> number_in(std::string_view word) {
         return is_tiny ? T{} : std::numeric_limits<T>::infinity();
     }
     return value;
+}
+
+/// The number that a word is as people write it: without a plus; empty if it is none, or one that T does not
+/// hold.
+template <class T>
+std::optional<T> plain_number_in(std::string_view word) {
+    T value{};
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (error != std::errc() || end != word.data() + word.size()) return std::nullopt;
+    return value;
+}
+
+/// Whether a word that reads as this number is one too large for its type, and not a written infinity.
+inline bool is_too_large(std::string_view word, double number) {
+    return std::isinf(number) && word.find_first_of("0123456789") != word.npos;
 }
 
 }  // namespace nbd

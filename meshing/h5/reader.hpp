@@ -89,7 +89,7 @@ class Reader {
     /// Reads a text written by Writer::write_text().
     std::string read_text(const std::string& dataset) const;
 
-    /// A text or a number that Writer::attribute() wrote. Refuses a number that T cannot hold.
+    /// A text or a number that Writer::attribute() wrote. Refuses a whole number that T cannot hold.
     template <class T>
     T attribute(const std::string& object, const std::string& name) const {
         if constexpr (std::same_as<T, std::string>) {

@@ -47,7 +47,7 @@ def main():
                           stdout=subprocess.PIPE, text=True)
     rows = json.loads(done.stdout)["checks"]
     if arguments.write:
-        failed = [f"{row['check']},{row['failed']},{row['error'] or math.inf:.3g}\n" for row in rows if not row["held"]]
+        failed = [f"{row['check']},{row['failed']},{math.inf if row['error'] is None else row['error']:.3g}\n" for row in rows if not row["held"]]
         arguments.list.write_text("check,failed,error\n" + "".join(failed))
         return 0
     with arguments.list.open(newline="") as table:

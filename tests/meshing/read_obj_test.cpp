@@ -118,7 +118,7 @@ TEST(ReadSurface, ReportsErrorsInPlyFiles) {
         {with("vertex_indices", "corners"), "no face property \"vertex_indices\""},
         {with("end_header\n", ""), "unknown keyword"},
         {with("element vertex 4\n", ""), "a property comes before the first element"},
-        {with("face 4", "face 5"), "line 19: the file ends early"},
+        {with("face 4", "face 5"), "line 19: the file ends early, in face 4 of 5"},
         {with("face 4", "face 0"), "no faces in the file"},
         {with("3 0", "3 9"), "face 0 refers to vertex 9, but the file has 4 vertices"},
         {with("3 0", "3 -1"), "face 0 refers to vertex -1, but the file has 4 vertices"},

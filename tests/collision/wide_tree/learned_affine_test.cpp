@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "collision/base/message.hpp"
+#include "collision/kernels/kernels.hpp"
 #include "collision/query/closest_query.hpp"
 #include "collision/query/pair_query.hpp"
 #include "collision/wide_tree/posed_wide_tree.hpp"
@@ -183,6 +184,30 @@ TEST(LearnedAffine, FindsThePairsOfExactBoxesWithAnAmpleMargin) {
         found += expected.size();
     }
     EXPECT_GT(found, 500u);
+}
+
+TEST(LearnedAffine, GiveTheSameAnswersInAllForms) {
+    const Torus torus;
+    const Vertices x = torus.bent(0.2f, 2);
+    const Kernels& before = kernels();
+    std::vector<BoxPack> first;
+    for (const InstructionSet set : {InstructionSet::plain, InstructionSet::avx2, InstructionSet::avx512}) {
+        const Kernels* form = kernels_for(set);
+        if (!form) continue;
+        use_kernels(*form);
+        PosedWideTree boxes = torus.boxes(torus.margins(1));
+        boxes.begin_pose(x);
+        std::vector<BoxPack> all;
+        for (int c = 0; c < torus.wide().clusters(); ++c) all.push_back(boxes.blocks(c).boxes);
+        if (first.empty()) first = all;
+        for (std::size_t i = 0; i < all.size(); ++i)
+            for (int k = 0; k < torus.wide().blocks_in(i); ++k)
+                for (int axis = 0; axis < 3; ++axis) {
+                    EXPECT_EQ(all[i].lo[axis][k], first[i].lo[axis][k]) << name(set);
+                    EXPECT_EQ(all[i].hi[axis][k], first[i].hi[axis][k]) << name(set);
+                }
+    }
+    use_kernels(before);
 }
 
 TEST(LearnedAffine, RefusesAFitOfAnotherTree) {

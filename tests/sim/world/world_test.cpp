@@ -233,5 +233,18 @@ TEST(World, RejectsInvalidBodiesAndObstacles) {
     EXPECT_EQ(world.body_count(), 0);
 }
 
+TEST(World, GivesTheSameBitsInTwoRuns) {
+    const Model box({0.6, 0.4, 0.3}, {3, 2, 2});
+    const auto end = [&] {
+        World world(WorldConfig{});
+        world.add_obstacle(floor_at(0));
+        world.add_body(box.at({0, 0, 0.16}));
+        world.add_body(box.at({0.1, 0.05, 0.5}, turned(0.3)));
+        for (int i = 0; i < 60; ++i) world.step(5e-3);
+        return world.state(1).x;
+    };
+    EXPECT_TRUE(end() == end());
+}
+
 }  // namespace
 }  // namespace nbd

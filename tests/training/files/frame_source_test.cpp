@@ -16,9 +16,9 @@ namespace {
 
 using test::Bar;
 using test::error_of;
-using FrameStream = test::FileTest;
+using FrameSourceFile = test::FileTest;
 
-TEST_F(FrameStream, VisitsEveryListedFrameOnceWithItsSurface) {
+TEST_F(FrameSourceFile, VisitsEveryListedFrameOnceWithItsSurface) {
     const Bar bar(3, 2);
     bar.record(folder / "data.h5", 3, 300, 7);
     const RecordingReader data(folder / "data.h5");
@@ -48,7 +48,7 @@ TEST_F(FrameStream, VisitsEveryListedFrameOnceWithItsSurface) {
     EXPECT_LE(buffers.size(), static_cast<std::size_t>(frame_slots));
 }
 
-TEST_F(FrameStream, RejectsARecordingOfAnotherBody) {
+TEST_F(FrameSourceFile, RejectsARecordingOfAnotherBody) {
     Bar bar(1, 1);
     bar.record(folder / "data.h5", 2, 3, 7);
     const RecordingReader data(folder / "data.h5");
