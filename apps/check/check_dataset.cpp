@@ -18,7 +18,7 @@
 namespace nbd {
 
 void check_shards(const std::filesystem::path& view, const DatasetManifest& manifest) {
-    const auto all = static_cast<double>(manifest.shards.size());
+    const double all = manifest.shards.size();
     for (double done = 0; const DatasetShard& shard : manifest.shards) {
         tell_progress("files", done++, all);
         if (const std::string is = h5::file_sha256(view.parent_path() / shard.file); is != shard.sha256)

@@ -72,7 +72,7 @@ std::uint64_t available_memory() { return std::min(of_meminfo(), of_control_grou
 /// much.
 void check_memory(const std::string& what, double bytes, const char* help, const Output& out) {
     constexpr double gib = 1024. * 1024 * 1024;
-    const auto available = static_cast<double>(available_memory());
+    const double available = available_memory();
     const std::string wanted = fmt::format("{} takes about {:.1f} GiB of memory", what, bytes / gib);
     if (bytes > available)
         throw std::runtime_error(

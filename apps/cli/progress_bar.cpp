@@ -31,7 +31,7 @@ std::size_t columns() {
 
 std::string bar(double share) {
     constexpr std::size_t width = 20;
-    const auto full = static_cast<std::size_t>(std::clamp(share, 0.0, 1.0) * width);
+    const std::size_t full = std::clamp(share, 0.0, 1.0) * width;
     return std::string(full, '#') + std::string(width - full, '-');
 }
 
@@ -143,7 +143,7 @@ ProgressBar* progress_bar() {
 }
 
 std::string minutes(double seconds) {
-    const long whole = static_cast<long>(seconds + 0.5);
+    const long whole = seconds + 0.5;
     return fmt::format("{}:{:02}", whole / 60, whole % 60);
 }
 

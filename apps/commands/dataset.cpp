@@ -136,7 +136,7 @@ void run(const DatasetArguments& arguments, Output& out) {
     producer.verify([&](int g) { return alone || g % processes == process; });
     const auto mine = [&](int index) { return index % shard.count == shard.number; };
     const int threads = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
-    const int start = static_cast<int>(std::int64_t{plan.trajectories} * rank.number / rank.count);
+    const int start = std::int64_t{plan.trajectories} * rank.number / rank.count;
     const auto merge = [&] {
         out.work("merging");
         return producer.merge();

@@ -74,8 +74,8 @@ std::optional<ParameterValue> value_at(const Json& json, std::string_view path) 
 void set_limit(HoldOutRule& rule, std::vector<double> values) {
     std::ranges::sort(values);
     const auto count = [&](double share) {
-        const auto all = static_cast<double>(values.size());
-        return static_cast<std::size_t>(std::clamp(std::round(share * all), 1.0, all));
+        const double all = values.size();
+        return std::clamp(std::round(share * all), 1.0, all);
     };
     if (rule.top) rule.from = values[values.size() - count(*rule.top)];
     if (rule.bottom) rule.to = values[count(*rule.bottom) - 1];

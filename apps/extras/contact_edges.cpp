@@ -32,7 +32,7 @@ std::vector<std::vector<ContactEdge>> ContactEdgeFinder::find(std::span<const Ve
     }
     std::vector<std::vector<ContactEdge>> edges(surfaces_.size());
     for (std::size_t a = 0; a < surfaces_.size(); ++a) {
-        const auto distance = static_cast<float>(surfaces_[a]->distances.bodies);
+        const float distance = surfaces_[a]->distances.bodies;
         for (std::size_t b = a + 1; b < surfaces_.size(); ++b) {
             if (ids_[a] == unrecorded_partner && ids_[b] == unrecorded_partner) continue;
             for (const FacePair& pair : query_.within(posed_[a], posed_[b], distance)) {

@@ -195,7 +195,7 @@ void RunPage::begin(const SceneSpec& spec, std::span<const LoadedBody> bodies,
         source.has_forces = true;
         bytes += 6 * sizeof(float) * static_cast<std::size_t>(source.start.rows());
     }
-    const int fit = static_cast<int>(std::clamp<std::size_t>(most_bytes / bytes, 2, most_frames));
+    const int fit = std::clamp<std::size_t>(most_bytes / bytes, 2, most_frames);
     shown_ = even_frames(spec.time.frames + 1, fit);
     ViewScene scene;
     scene.title = title + from_origin(world->origin());

@@ -56,7 +56,7 @@ Audit::Audit(const SceneSpec& spec, const std::vector<LoadedBody>& bodies) {
 AuditCount Audit::check(World& world) {
     scene_.begin_poses(world, hung_);
     exact_.begin_poses(world, hung_);
-    const auto distance = static_cast<float>(world.thickness());
+    const float distance = world.thickness();
     const std::size_t bodies = exact_.trees.size();
     AuditCount count;
     for (std::size_t a = 0; a < bodies; ++a)

@@ -21,7 +21,7 @@ PictureSurface as_surface(const TriMesh& mesh, const Eigen::Vector3d& shift, con
 float round_length(double length) {
     const double power = std::pow(10, std::floor(std::log10(length)));
     const double factor = length / power;
-    return static_cast<float>(power * (factor < 1.5 ? 1 : factor < 3.5 ? 2 : factor < 7.5 ? 5 : 10));
+    return power * (factor < 1.5 ? 1 : factor < 3.5 ? 2 : factor < 7.5 ? 5 : 10);
 }
 
 /// Camera that looks from the side and slightly above; up is opposite to gravity.

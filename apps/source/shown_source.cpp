@@ -143,7 +143,7 @@ Subject subject_of(const SourceArgument& argument, const std::string& tree) {
     }
     ViewTree& shown = subject.source.tree;
     if (!argument.bounds.empty()) shown.bounds = bound_kind(argument.bounds);
-    if (argument.margin) shown.margin = static_cast<float>(*argument.margin);
+    if (argument.margin) shown.margin = *argument.margin;
     if (tree.empty()) {
         CollisionTree own = make_exact_tree(body->surface.X.cast<float>(), body->surface.F);
         if (reads_nodes(shown.bounds)) hang_on_body(own, *body, argument.body);
@@ -255,7 +255,7 @@ ViewScene view_of_surface(const SourceArgument& argument) {
     const BoundKind bounds = argument.bounds.empty() ? BoundKind::boxes : bound_kind(argument.bounds);
     const std::string name = fs::path(argument.source).filename().string();
     std::optional<float> margin;
-    if (argument.margin) margin = static_cast<float>(*argument.margin);
+    if (argument.margin) margin = *argument.margin;
     const PoseArgument posed = read_pose(argument.source, bounds);
     check_model_of({&posed}, bounds, margin.has_value());
     const std::string title = name + from_origin(posed.origin);

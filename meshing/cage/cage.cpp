@@ -125,7 +125,7 @@ struct Size {
 
 Size measure(const TriMesh& surface) {
     Size size;
-    size.vertices = static_cast<double>(surface.X.rows());
+    size.vertices = surface.X.rows();
     const Eigen::RowVector3d origin = surface.X.row(0);
     for (int f = 0; f < surface.F.rows(); ++f) {
         const Eigen::RowVector3d a = surface.X.row(surface.F(f, 0)) - origin,
@@ -228,7 +228,7 @@ class CageSearch {
                             std::ceil(nodes / 10) * 10));
         if (nodes < 0.85 * config_.nodes) {
             const double ratio = best.size.ratio_for(config_.nodes);
-            const auto vertices = static_cast<int>(best.size.vertices / (ratio * ratio));
+            const int vertices = best.size.vertices / (ratio * ratio);
             best.surface = divide_longest_edges(best.surface, vertices);
         }
         cage_.alpha = best.alpha;

@@ -95,7 +95,7 @@ T FileCursor::number() {
     if (!number)
         fail(fmt::format("expected {}, found {}",
                          std::numeric_limits<T>::is_integer ? "an integer" : "a number", quoted(text)));
-    if (is_too_large(text, static_cast<double>(*number))) fail(fmt::format("{} is too large", quoted(text)));
+    if (is_too_large(text, *number)) fail(fmt::format("{} is too large", quoted(text)));
     return *number;
 }
 

@@ -330,7 +330,7 @@ class VtuReader {
             const std::string_view word = rest.substr(0, rest.find_first_of(vtu_white));
             rest.remove_prefix(word.size());
             const auto value = number_in<T>(word);
-            if (!value || is_too_large(word, static_cast<double>(*value)))
+            if (!value || is_too_large(word, *value))
                 fail(array.tag.begin, fmt::format("{} hold '{}'; allowed: numbers", what, printable(word)));
             values.push_back(*value);
         }

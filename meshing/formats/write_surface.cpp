@@ -20,7 +20,7 @@ namespace {
 /// At least ten digits, one more than float32 needs, without exponent: some readers, such as assimp's, read
 /// whole part, decimals and exponent separately and round in between.
 std::string float_decimal(double value) {
-    const auto x = static_cast<float>(value);
+    const float x = value;
     if (x == 0) return "0";
     const int decimals = std::clamp(9 - static_cast<int>(std::floor(std::log10(std::abs(x)))), 9, 15);
     return fmt::format("{:.{}f}", x, decimals);

@@ -57,10 +57,10 @@ bool fits(const Shape& shape, const Shape& expected) {
 /// Whether so many stored bytes can hold this shape. Deflate packs at most 1032 to 1, so a larger claim is
 /// false; without this check it would be allocated before the error shows.
 bool is_credible(const Shape& shape, std::size_t element_size, std::size_t stored_bytes) {
-    double bytes = static_cast<double>(element_size);
+    double bytes = element_size;
     for (const std::size_t d : shape) {
         if (d > INT_MAX) return false;
-        bytes *= static_cast<double>(d);
+        bytes *= d;
     }
     return bytes <= 1100. * static_cast<double>(stored_bytes);
 }

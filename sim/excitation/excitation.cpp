@@ -118,7 +118,7 @@ TrajectoryResult Excitation::run(int index, const OnFrame& on_frame, int steps_p
     std::vector<SpreadForce> forces;
     for (const PatchForce& patch : recipe.forces) forces.push_back(spread(patch, *elastic_));
     const double dt = recipe.frame_interval / steps_per_frame;
-    const int warm_up = static_cast<int>(std::ceil(recipe.first_frame / dt));
+    const int warm_up = std::ceil(recipe.first_frame / dt);
     const int steps = warm_up + (config_.frames - 1) * steps_per_frame;
     int troubled = 0;
     for (int step = 1; step <= steps; ++step) {

@@ -145,6 +145,8 @@ TEST_F(BadInputTest, RejectsInvalidCommandLines) {
          "--region: the body file box.h5 has a material of its own"},
         {"mesh two.mesh -o x.h5 --region 'group 1'", 2,
          "--region: \"group 1\": expected NAME:key=value, such as core:young=2e6"},
+        {"mesh two.mesh -o x.h5 --region 'group 1:young=+5'", 2,
+         "--region: \"group 1:young=+5\": \"+5\" is not a number"},
         {"mesh two.mesh -o x.h5 --region 'group 1:young'", 2,
          "--region: \"group 1:young\": expected key=value, found \"young\""},
         {"mesh two.mesh -o x.h5 --region 'group 1:young=soft'", 2,

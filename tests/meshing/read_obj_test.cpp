@@ -78,6 +78,8 @@ TEST(ReadSurface, ReportsErrorsInOffFiles) {
         {"OFF\n4 1 0\n0 0 0\n1 0 0\n0 1 0\n", "ends early, before vertex 3 of 4"},
         {"OFF\n3 1 0\n0 0 0\n1 0\n0 1 0\n3 0 1 2\n", "vertex 1 of 3 ends early"},
         {"OFF\n3 1 0\n0 0 0\n1x 0 0\n0 1 0\n3 0 1 2\n", "line 4: expected a number, found '1x'"},
+        {"OFF\n4 1 0\n0 0 0\n1 0 0\n0 1 0\n1e999 0 0\n3 0 1 2\n",
+         "line 6: '1e999' is too large"},  // no corner
         {"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n9 0 1 2\n",
          "claims 9 corners, but the rest of the file holds at most"},
         {"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n",

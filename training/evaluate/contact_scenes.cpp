@@ -59,7 +59,7 @@ class SceneMaker {
                     centred_pose(body_, recording, placement.second)};
         for (Vertices* points : {&scene.b.x, &scene.b.nodes}) *points *= placement.turn.transpose();
         approach_.start(scene.a.x, scene.b.x, placement.from);
-        const float depth = static_cast<float>(random.unit() * deepest_);
+        const float depth = random.unit() * deepest_;
         const float distance = std::max(0.f, approach_.touching_distance() - depth);
         for (Vertices* points : {&scene.b.x, &scene.b.nodes}) points->rowwise() += distance * placement.from;
         if (from_nodes_)

@@ -143,7 +143,7 @@ void run(const Figure5Arguments& arguments, Output& out) {
     check_charts();
     const RecordingReader recording(arguments.recording);
     const std::vector<BenchBody> bodies = load_bench_bodies(arguments.bodies);
-    const double radius = static_cast<double>(bodies.front().tree->spheres.rest[0].r);
+    const double radius = bodies.front().tree->spheres.rest[0].r;
     const auto scenes = recorded_scenes(bodies.front(), recording,
                                         static_cast<float>(arguments.distance * radius), arguments.frames);
     const auto methods = [&](const BenchBody& body) {

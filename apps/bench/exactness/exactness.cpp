@@ -194,7 +194,7 @@ Stage draw_stage(const BenchBody& body, WildPose pose, const ExactnessConfig& co
     const SurfaceBody& surface = body.surface;
     CounterRandom random(config.seed, scene);
     Stage stage;
-    if (scene % 4 == 3) stage.distance = static_cast<float>(std::pow(10, random.uniform(-4, -2.5)));
+    if (scene % 4 == 3) stage.distance = std::pow(10, random.uniform(-4, -2.5));
     for (double overlap = random.uniform(0.02, 0.2); overlap < 0.9 && stage.truth.empty(); overlap += 0.15) {
         stage.nodes = draw_wild_scene(surface.solid.X.cast<float>(), pose, overlap, random);
         stage.a = embedded(surface.W, stage.nodes.a);

@@ -32,7 +32,7 @@ Collision collide(const PhysicsCase& c) {
     // Until half a size of way after the first contact, the longest that an impact takes at this speed.
     bool has_met = false;
     double after = 0;
-    const int most = static_cast<int>(3 * c.size / (speed * c.dt));
+    const int most = 3 * c.size / (speed * c.dt);
     for (int s = 0; s < most && after < 0.5 * c.size; ++s) {
         advance(world, c.dt);
         has_met = has_met || contact_force(world, 0).norm() > 0;

@@ -46,7 +46,7 @@ WallHit hit_wall(const PhysicsCase& c) {
     const double most = world.elastic(0).mass() * speed;
     double first = -1, last = -1;
     // Until three times the impact and the way to the wall have passed.
-    const int steps = static_cast<int>(3 * steps_of_an_impact + 0.001 * c.size / (speed * dt));
+    const int steps = 3 * steps_of_an_impact + 0.001 * c.size / (speed * dt);
     for (int s = 0; s < steps; ++s) {
         advance(world, dt);
         // A thousandth of the mean force is no more than a layer that one feels.

@@ -22,7 +22,7 @@ namespace {
 double thread_seconds() {
     timespec now{};
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+    return now.tv_sec + 1e-9 * now.tv_nsec;
 }
 
 void run_case(const PhysicsCheck& check, PhysicsRow& row) {

@@ -47,7 +47,7 @@ float checked_distance(double distance) {
     if (!(distance >= 0) || !(distance <= std::numeric_limits<float>::max()))
         throw std::invalid_argument(
             fmt::format("distance: is {}; allowed: metres, finite, at least 0", distance));
-    return static_cast<float>(distance);
+    return distance;
 }
 
 /// A query with its scratch memory.
