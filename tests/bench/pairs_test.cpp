@@ -96,8 +96,7 @@ TEST_F(BenchPairs, LazyBoxesAgreeWithBruteForce) {
     ASSERT_GT(expected[0].size(), 8U);
     for (const int cluster_faces : {1, 5, 60, 256, 1024})
         EXPECT_EQ(answers(*fine_, lazy_boxes_method(cluster_faces)), expected) << cluster_faces;
-    const std::string refusal =
-        error_of([] { LazyBoxes(coarse_->surface.X, coarse_->surface.F, LazyBoxesConfig{0}); });
+    const std::string refusal = error_of([] { LazyBoxes(coarse_->surface.X, coarse_->surface.F, 0); });
     EXPECT_EQ(refusal, "clusters of 0 faces, allowed: 1 to 4096");
 }
 

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
-#include <span>
 #include <stdexcept>
 
 #include "collision/bounds/walk.hpp"
@@ -30,43 +28,28 @@ void cut(int begin, int end, int most, std::vector<Range>& parts) {
 
 bool overlap(const Box& s, const Box& t) noexcept { return (s.lo <= t.hi).all() && (t.lo <= s.hi).all(); }
 
-/// Number of points that boxes are read from: tet nodes or surface vertices.
-int point_count(VerticesRef X, const SurfaceEmbedding* W) { return W ? W->cols() : X.rows(); }
-
 }  // namespace
 
-LazyBoxes::LazyBoxes(VerticesRef X, FacesRef F, const LazyBoxesConfig& config)
-    : LazyBoxes(X, F, nullptr, config) {}
-
-LazyBoxes::LazyBoxes(VerticesRef X, FacesRef F, const SurfaceEmbedding& W, const LazyBoxesConfig& config)
-    : LazyBoxes(X, F, &W, config) {}
-
-LazyBoxes::LazyBoxes(VerticesRef X, FacesRef F, const SurfaceEmbedding* W, const LazyBoxesConfig& config)
-    : W_(W), cluster_points_(point_count(X, W)), block_points_(point_count(X, W)) {
-    if (config.cluster_faces < 1 || config.cluster_faces > 4096)
-        throw std::invalid_argument(
-            fmt::format("clusters of {} faces, allowed: 1 to 4096", config.cluster_faces));
-    if (W && W->nonZeros() > 0 && *std::min_element(W->valuePtr(), W->valuePtr() + W->nonZeros()) < 0)
-        throw std::invalid_argument(
-            "the embedding has a negative weight, so vertices may leave their nodes' box; allowed: >= 0");
+LazyBoxes::LazyBoxes(VerticesRef X, FacesRef F, int cluster_faces)
+    : cluster_points_(X.rows()), block_points_(X.rows()) {
+    if (cluster_faces < 1 || cluster_faces > 4096)
+        throw std::invalid_argument(fmt::format("clusters of {} faces, allowed: 1 to 4096", cluster_faces));
     // A tree of one leaf lists all faces in an order whose halves, quarters etc. are compact.
     faces_ = build_sphere_tree(X, F, {.depth = 0}).faces;
     corners_ = F(faces_, Eigen::all);
     std::vector<Range> ranges;
-    cut(0, F.rows(), config.cluster_faces, ranges);
-    std::vector<std::vector<int>> lists;  // points of each cluster
+    cut(0, F.rows(), cluster_faces, ranges);
     for (const Range& range : ranges) {
         std::vector<Range> blocks;
-        cut(range.begin, range.end, std::max(1, (config.cluster_faces + lanes - 1) / lanes), blocks);
+        cut(range.begin, range.end, std::max(1, (cluster_faces + lanes - 1) / lanes), blocks);
         clusters_.push_back(
             {static_cast<int>(blocks_.size()), static_cast<int>(blocks_.size() + blocks.size())});
-        cluster_points_.add(points_of(range));
+        cluster_points_.add(vertices_of(range));
         for (const Range& block : blocks) {
             const int begin = groups_.size();
             cut(block.begin, block.end, lanes, groups_);
             blocks_.push_back({begin, static_cast<int>(groups_.size())});
-            block_points_.add(points_of(block));
-            if (W) add_vertices(block);
+            block_points_.add(vertices_of(block));
         }
     }
     cluster_boxes_.resize((clusters_.size() + lanes - 1) / lanes);
@@ -75,14 +58,6 @@ LazyBoxes::LazyBoxes(VerticesRef X, FacesRef F, const SurfaceEmbedding* W, const
     face_boxes_.resize(groups_.size());
     cluster_poses_.assign(clusters_.size(), 0);
     block_poses_.assign(blocks_.size(), 0);
-    if (W) made_ = X;
-}
-
-void LazyBoxes::add_vertices(const Range& slots) {
-    const int begin = vertices_.size();
-    const std::vector<int> vertices = vertices_of(slots);
-    vertices_.insert(vertices_.end(), vertices.begin(), vertices.end());
-    block_vertices_.push_back({begin, static_cast<int>(vertices_.size())});
 }
 
 std::vector<int> LazyBoxes::vertices_of(const Range& slots) const {
@@ -92,20 +67,9 @@ std::vector<int> LazyBoxes::vertices_of(const Range& slots) const {
     return vertices;
 }
 
-std::vector<int> LazyBoxes::points_of(const Range& slots) const {
-    const std::vector<int> vertices = vertices_of(slots);
-    if (!W_) return vertices;
-    std::vector<int> nodes;
-    for (const int v : vertices)
-        for (SurfaceEmbedding::InnerIterator entry(*W_, v); entry; ++entry) nodes.push_back(entry.col());
-    std::ranges::sort(nodes);
-    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
-    return nodes;
-}
-
-void LazyBoxes::begin_pose(VertexView points) noexcept {
-    points_ = points.data();
-    x_ = W_ ? VertexView(made_) : points;
+void LazyBoxes::begin_pose(VertexView x) noexcept {
+    x_ = x;
+    points_ = x.data();
     ++pose_;
     all_ = empty_box();
     for (std::size_t c = 0; c < clusters_.size(); ++c) {
@@ -113,17 +77,6 @@ void LazyBoxes::begin_pose(VertexView points) noexcept {
         cluster_boxes_[c / lanes].set(c % lanes, box);
         all_ = joined(all_, box);
     }
-    if (!W_) return;
-    // A vertex is a sum of a few products, each rounded by half an ulp.
-    slack_ = 8 * std::numeric_limits<float>::epsilon() *
-             std::max(all_.lo.abs().maxCoeff(), all_.hi.abs().maxCoeff());
-    all_ = grown(all_);
-    for (BoxPack& boxes : cluster_boxes_) boxes.grow(slack_);
-}
-
-Box LazyBoxes::grown(const Box& box) const noexcept {
-    const Eigen::Array4f by(slack_, slack_, slack_, 0);
-    return {box.lo - by, box.hi + by};
 }
 
 void LazyBoxes::refit_blocks(int cluster) noexcept {
@@ -132,25 +85,13 @@ void LazyBoxes::refit_blocks(int cluster) noexcept {
     cluster_poses_[c] = pose_;
     const Range blocks = clusters_[c];
     for (int b = blocks.begin; b < blocks.end; ++b)
-        block_boxes_[c].set(b - blocks.begin, grown(block_points_.box(b, points_)));
-}
-
-void LazyBoxes::make_positions(int block) noexcept {
-    const Range range = block_vertices_[block];
-    const int *begin = W_->outerIndexPtr(), *node = W_->innerIndexPtr();
-    const float* weight = W_->valuePtr();
-    for (int k = range.begin; k < range.end; ++k) {
-        const int v = vertices_[k];
-        made_.row(v) =
-            embedded_position(begin[v + 1] - begin[v], node + begin[v], weight + begin[v], points_, 3);
-    }
+        block_boxes_[c].set(b - blocks.begin, block_points_.box(b, points_));
 }
 
 void LazyBoxes::refit_faces(int block) noexcept {
     const std::size_t b = block;
     if (block_poses_[b] == pose_) return;
     block_poses_[b] = pose_;
-    if (W_) make_positions(block);
     for (int g = blocks_[b].begin; g < blocks_[b].end; ++g) {
         const Range slots = groups_[g];
         for (int slot = slots.begin; slot < slots.end; ++slot)

@@ -35,7 +35,7 @@ class TreeMethod final : public PairMethod {
 class LazyBoxesMethod final : public PairMethod {
  public:
     LazyBoxesMethod(const BenchBody& body, int cluster_faces)
-        : a_(body.surface.X, body.surface.F, LazyBoxesConfig{cluster_faces}), b_(a_) {}
+        : a_(body.surface.X, body.surface.F, cluster_faces), b_(a_) {}
 
     void update(const BenchPose& a, const BenchPose& b) override {
         a_.begin_pose(VertexView::as_long_as(a.x));
