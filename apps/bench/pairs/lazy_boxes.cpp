@@ -12,7 +12,7 @@
 namespace nbd {
 namespace {
 
-constexpr int lanes = BoxPack::lanes;
+constexpr int box_lanes = BoxPack::lanes;
 
 /// Halves [begin, end) until no part has more than `most`; appends the parts in order.
 template <class Range>
@@ -41,18 +41,18 @@ LazyBoxes::LazyBoxes(VerticesRef X, FacesRef F, int cluster_faces)
     cut(0, F.rows(), cluster_faces, ranges);
     for (const Range& range : ranges) {
         std::vector<Range> blocks;
-        cut(range.begin, range.end, std::max(1, (cluster_faces + lanes - 1) / lanes), blocks);
+        cut(range.begin, range.end, std::max(1, (cluster_faces + box_lanes - 1) / box_lanes), blocks);
         clusters_.push_back(
             {static_cast<int>(blocks_.size()), static_cast<int>(blocks_.size() + blocks.size())});
         cluster_points_.add(vertices_of(range));
         for (const Range& block : blocks) {
             const int begin = groups_.size();
-            cut(block.begin, block.end, lanes, groups_);
+            cut(block.begin, block.end, box_lanes, groups_);
             blocks_.push_back({begin, static_cast<int>(groups_.size())});
             block_points_.add(vertices_of(block));
         }
     }
-    cluster_boxes_.resize((clusters_.size() + lanes - 1) / lanes);
+    cluster_boxes_.resize((clusters_.size() + box_lanes - 1) / box_lanes);
     near_.resize(cluster_boxes_.size());
     block_boxes_.resize(clusters_.size());
     face_boxes_.resize(groups_.size());
@@ -74,7 +74,7 @@ void LazyBoxes::begin_pose(VertexView x) noexcept {
     all_ = empty_box();
     for (std::size_t c = 0; c < clusters_.size(); ++c) {
         const Box box = cluster_points_.box(c, points_);
-        cluster_boxes_[c / lanes].set(c % lanes, box);
+        cluster_boxes_[c / box_lanes].set(c % box_lanes, box);
         all_ = joined(all_, box);
     }
 }
@@ -105,7 +105,7 @@ void LazyBoxes::test_blocks(LazyBoxes& a, int block_a, LazyBoxes& b, int block_b
     b.refit_faces(block_b);
     const Range groups_a = a.blocks_[block_a], groups_b = b.blocks_[block_b];
     // Blocks have up to 256 faces, halved into parts of at most 16: at most 16 groups.
-    std::uint16_t near_b[lanes], near_a[lanes];
+    std::uint16_t near_b[box_lanes], near_a[box_lanes];
     const auto test = [&](const LazyBoxes& boxes, const Range& groups, const Box& box, std::uint16_t* near) {
         kernels().near(boxes.face_boxes_.data() + groups.begin, groups.end - groups.begin, numbers(box), 0,
                        near);
@@ -155,9 +155,9 @@ void intersecting_faces(LazyBoxes& a, LazyBoxes& b, std::vector<FacePair>& pairs
             find_near(b, box);
             for (std::size_t wb = 0; wb < b.cluster_boxes_.size(); ++wb)
                 for_each_bit(b.near_[wb], [&](int j) {
-                    LazyBoxes::test_clusters(a, static_cast<int>(wa) * lanes + i, box, b,
-                                             static_cast<int>(wb) * lanes + j, b.cluster_boxes_[wb].box(j),
-                                             pairs);
+                    LazyBoxes::test_clusters(a, static_cast<int>(wa) * box_lanes + i, box, b,
+                                             static_cast<int>(wb) * box_lanes + j,
+                                             b.cluster_boxes_[wb].box(j), pairs);
                 });
         });
     keep_intersecting(pairs, a.faces(), b.faces());
