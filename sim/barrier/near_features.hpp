@@ -13,6 +13,9 @@ namespace nbd {
 
 /// Finds the features that may come near: between surfaces, and within each surface of a body. Obstacles are
 /// not compared with each other, nor with themselves.
+///
+/// The trees are asked for somewhat more than is near, so that a motion close to the one they were asked for
+/// takes a look at their answer alone. What is found does not depend on that.
 class NearFeatureSearch {
  public:
     /// Call once, when all surfaces are there. Pairs within a surface that touch at rest never press; see
@@ -27,11 +30,33 @@ class NearFeatureSearch {
     const StepReport& costs() const noexcept { return costs_; }
 
  private:
+    /// A pair that the trees found, and by how much its boxes were apart over the motion asked for.
+    struct Candidate {
+        NearFeatures near;
+        double apart = 0;
+    };
+    /// The motion of a surface that the trees were asked for.
+    struct Reference {
+        Nodes low, high;          // corners of the box of each vertex over it, [n, 3]
+        Nodes own_low, own_high;  // likewise, of positions about their mean
+    };
+    /// By how much a surface may leave its reference: as it moves, and about its mean.
+    struct Deviation {
+        double whole = 0, own = 0;
+    };
+
+    Deviation deviation(std::size_t surface, const MovingSurface& moved) const;
+    bool reference_holds(const std::vector<MovingSurface>& surfaces, double reach);
+    void ask_trees(std::vector<MovingSurface>& surfaces, double reach);
     void keep_near(const std::vector<MovingSurface>& surfaces, double reach);
 
     PairQuery pair_query_;
     SelfQuery self_query_;
     std::vector<NeighbourWatch> neighbours_;  // of the bodies' surfaces
+    std::vector<Reference> references_;       // [surfaces]; empty: the trees were not asked
+    double asked_reach_ = 0, room_ = 0;       // candidates have all within asked_reach_ + room_
+    std::vector<Candidate> candidates_;
+    std::vector<Deviation> deviations_;  // [surfaces]
     std::vector<NearFeatures> found_, kept_;
     std::vector<char> keeps_;  // [found_]
     StepReport costs_;

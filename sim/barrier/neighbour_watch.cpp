@@ -10,9 +10,6 @@ namespace {
 
 /// The reference pose is renewed where the surface is farther from it than this multiple of its motion.
 constexpr double renewal = 4;
-constexpr double rounding = 1e-12;  // of differences of positions, relative to these
-
-Nodes about_mean(const Nodes& x) { return x.rowwise() - x.colwise().mean(); }
 
 }  // namespace
 
@@ -42,7 +39,7 @@ void NeighbourWatch::find(const std::vector<MovingSurface>& surfaces, double rea
     };
     if (reference_.rows() == 0 || distance() > renewal * motion) refer_to_begin(surfaces);
     // Each of two features may have come nearer by `distance` along every axis.
-    const double most = 2 * distance() + rounding * (1 + own.begin().cwiseAbs().maxCoeff());
+    const double most = 2 * distance() + difference_rounding * (1 + own.begin().cwiseAbs().maxCoeff());
     looked_at_.clear();
     for (std::size_t i = 0; i < pairs_.size(); ++i)
         if (apart_[i] <= std::min(pairs_[i].reach, reach) + most) looked_at_.push_back(i);

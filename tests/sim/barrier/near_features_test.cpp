@@ -102,6 +102,42 @@ TEST(NearFeatures, HoldAllPairsThatComeWithinTheirReach) {
     EXPECT_LT(pairs.size(), all_pairs(surfaces).size() / 4);
 }
 
+TEST(NearFeatures, DoNotDependOnTheMotionsBefore) {
+    std::vector<MovingSurface> surfaces = scene();
+    constexpr double reach = 0.01;
+    NearFeatureSearch search;
+    search.begin(surfaces);
+    std::vector<Nodes> begin, end;
+    for (const MovingSurface& s : surfaces) {
+        begin.push_back(s.begin());
+        end.push_back(s.end());
+    }
+    int asked = 0, looked = 0;
+    std::size_t least = 1'000'000, most = 0;
+    for (int k = 0; k < 60; ++k) {
+        // From hardly a change of the motion to one of many reaches, of each surface another one.
+        for (std::size_t s = 0; s < surfaces.size(); ++s) {
+            const double by = reach * std::pow(10.0, k / 3 % 5 + (k + static_cast<int>(s)) % 2 - 4);
+            Nodes to = end[s], from = begin[s] + (k % 10) / 10.0 * (end[s] - begin[s]);
+            for (Eigen::Index i = 0; i < to.rows(); ++i)
+                to.row(i) +=
+                    by * Eigen::RowVector3d(std::sin(k + i), std::cos(3 * k + i), std::sin(5 * k - i));
+            surfaces[s].move(from, to);
+        }
+        NearFeatureSearch fresh;
+        fresh.begin(surfaces);
+        const auto expected = fresh.find(surfaces, reach);
+        const auto found = search.find(surfaces, reach);
+        ASSERT_TRUE(std::ranges::equal(found, expected)) << k;
+        ++(search.costs().face_pairs > 0 ? asked : looked);
+        least = std::min(least, found.size());
+        most = std::max(most, found.size());
+    }
+    EXPECT_GT(asked, 5);
+    EXPECT_GT(looked, 5);
+    EXPECT_LT(least, most / 2);
+}
+
 std::vector<Intersection> intersections_of(std::vector<MovingSurface>& surfaces) {
     IntersectionSearch search;
     search.begin(surfaces);
