@@ -100,6 +100,8 @@ void pass(Archive& archive, Frame& frame) {
     archive(starts.depths);
     archive(starts.bodies);
     archive(starts.obstacles);
+    archive(world.stretches.contacts);
+    archive(world.stretches.ways);
     archive(frame.contact_forces);
     archive(frame.steps);
 }

@@ -317,6 +317,7 @@ Contact Barrier::contact(const NearFeatures& near, double share) const {
     if (const Wall* wall = wall_of(a.is_obstacle() ? a : b)) {
         contact.wall_velocity = wall->velocity;
         contact.friction = wall->obstacle.friction;
+        contact.obstacle = static_cast<int>(wall - walls_.data());
     }
     return contact;
 }
@@ -328,7 +329,8 @@ Contact Barrier::contact(const NearSmooth& near, double share) const {
             .normal = hit.normal,
             .wall_velocity = wall.velocity,
             .gap = hit.distance,
-            .friction = wall.obstacle.friction};
+            .friction = wall.obstacle.friction,
+            .obstacle = near.wall};
 }
 
 std::vector<BarrierContact> Barrier::contacts(double share) {

@@ -13,24 +13,25 @@ namespace {
 /// and Newton takes as many iterations.
 constexpr double residual_share = 0.1;
 
-/// The size of friction does not grow with the speed of sliding. First it is linearised as if it did, which
-/// is safe far from the solution; after so many linearisations this share is taken out along the slip.
-constexpr int secant_linearisations = 5;
+/// The size of friction does not grow with the speed of sliding. Near the solution this share of that growth
+/// is taken out of its linearisation.
 constexpr double slip_share = 0.9;
 
 }  // namespace
 
 void BarrierSolver::begin_step(std::vector<const ContactSurface*> surfaces,
-                               std::span<const int> first_unknown, double slip_velocity, double dt,
-                               std::vector<FrictionContact> friction) {
+                               std::span<const int> first_unknown, double dt) {
     surfaces_ = std::move(surfaces);
     first_unknown_ = first_unknown;
-    slip_velocity_ = slip_velocity;
     dt_ = dt;
-    linearisations_ = 0;
+}
+
+void BarrierSolver::set_contacts(std::vector<BarrierContact> contacts,
+                                 std::vector<FrictionContact> friction) {
     friction_ = std::move(friction);
     friction_terms_.clear();
     for (const FrictionContact& f : friction_) friction_terms_.add(f.contact, surfaces_, first_unknown_);
+    set_contacts(std::move(contacts));
 }
 
 void BarrierSolver::set_contacts(std::vector<BarrierContact> contacts) {
@@ -40,23 +41,36 @@ void BarrierSolver::set_contacts(std::vector<BarrierContact> contacts) {
     for (const FrictionContact& f : friction_) terms_.add(f.contact, surfaces_, first_unknown_);
 }
 
-/// Velocity of sliding of a friction contact, m/s.
-Eigen::Vector3d BarrierSolver::slip(std::size_t contact, const Eigen::VectorXd& v) const {
-    const Contact& c = friction_[contact].contact;
-    const Eigen::Vector3d u = friction_terms_.velocity(contact, v) - c.wall_velocity;
-    return u - c.normal.dot(u) * c.normal;
+/// Of a friction contact, minus the wall's velocity.
+Eigen::Vector3d BarrierSolver::relative_velocity(std::size_t friction, const Eigen::VectorXd& v) const {
+    return friction_terms_.velocity(friction, v) - friction_[friction].contact.wall_velocity;
 }
 
-/// Impulse over velocity of sliding, kg.
-double BarrierSolver::drag(std::size_t contact, double slip) const {
-    const FrictionContact& f = friction_[contact];
-    return f.contact.friction * f.normal_impulse / std::max(slip, slip_velocity_);
+Eigen::Vector3d BarrierSolver::slip(std::size_t friction, const Eigen::VectorXd& v) const {
+    return friction_[friction].contact.slip(relative_velocity(friction, v), dt_);
+}
+
+/// Impulse over slip, kg.
+double BarrierSolver::drag(std::size_t friction, double slip) const {
+    const FrictionContact& f = friction_[friction];
+    return f.contact.friction * f.normal_impulse / std::max(slip, f.contact.full_slip(dt_));
+}
+
+std::vector<RubbedContact> BarrierSolver::rubbed(const Eigen::VectorXd& v) const {
+    std::vector<RubbedContact> rubbed;
+    for (std::size_t f = 0; f < friction_.size(); ++f) {
+        const Contact& contact = friction_[f].contact;
+        const Eigen::Vector3d u = relative_velocity(f, v);
+        rubbed.push_back(
+            {contact, dt_ * (u - contact.normal.dot(u) * contact.normal), friction_[f].normal_impulse});
+    }
+    return rubbed;
 }
 
 double BarrierSolver::friction_potential(const Eigen::VectorXd& v) const {
     double sum = 0;
     for (std::size_t f = 0; f < friction_.size(); ++f) {
-        const double speed = slip(f, v).norm(), edge = slip_velocity_;
+        const double speed = slip(f, v).norm(), edge = friction_[f].contact.full_slip(dt_);
         const double length = speed < edge ? speed * speed / (2 * edge) : speed - edge / 2;
         sum += friction_[f].contact.friction * friction_[f].normal_impulse * length;
     }
@@ -95,7 +109,8 @@ std::vector<Momentum> BarrierSolver::momenta(const Eigen::VectorXd& v, const Bod
     return momenta;
 }
 
-void BarrierSolver::linearise(std::span<const StepSystem> systems, double wall_left, Eigen::VectorXd& v) {
+void BarrierSolver::linearise(std::span<const StepSystem> systems, double wall_left, bool is_near,
+                              Eigen::VectorXd& v) {
     systems_ = systems;
     terms_.hold(systems);
     couplings_.clear();
@@ -114,13 +129,14 @@ void BarrierSolver::linearise(std::span<const StepSystem> systems, double wall_l
         const Eigen::Vector3d reached = terms_.velocity(c, v) + wall_left * barrier.contact.wall_velocity;
         terms_.add_impulse(c, A * reached - dt_ * barrier.slope * n, false, rhs_);
     }
-    const double out = ++linearisations_ > secant_linearisations ? slip_share : 0;
+    const double out = is_near ? slip_share : 0;
     for (std::size_t f = 0; f < friction_.size(); ++f) {
         const std::size_t place = contacts_.size() + f;
         const Eigen::Vector3d &n = friction_[f].contact.normal, u = slip(f, v);
         const double speed = u.norm(), size = drag(f, speed);
         Eigen::Matrix3d A = size * (Eigen::Matrix3d::Identity() - n * n.transpose());
-        if (speed > slip_velocity_) A -= out * size / (speed * speed) * u * u.transpose();
+        if (speed > friction_[f].contact.full_slip(dt_))
+            A -= out * size / (speed * speed) * u * u.transpose();
         couplings_.push_back(terms_.coupling(place, A));
         terms_.add_impulse(place, A * terms_.velocity(place, v) - size * u, false, rhs_);
     }

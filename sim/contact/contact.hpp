@@ -24,6 +24,19 @@ struct Contact {
     double area = 0;       // surface area represented by this contact, m2
     double stiffness = 0;  // N/m
     double friction = 0;   // Coulomb's coefficient
+    int obstacle = -1;     // its number, where b is a point of one
+    // How far friction has drawn a from b along the surfaces before the step, and how far it draws at most,
+    // metres; see FrictionMemory.
+    Eigen::Vector3d stretch = Eigen::Vector3d::Zero();
+    double slip_length = 0;
+
+    /// What friction resists to in a step of dt seconds, m/s: the stretch at its end over dt. u: velocity of
+    /// a relative to b at the end of the step, without that of the wall.
+    Eigen::Vector3d slip(const Eigen::Vector3d& u, double dt) const {
+        return u - normal.dot(u) * normal + stretch / dt;
+    }
+    /// The speed of slip from which on friction has its full size, m/s.
+    double full_slip(double dt) const noexcept { return slip_length / dt; }
 };
 
 /// Maximum distance and maximum depth at which two features make a contact. Both grow by how far the features
@@ -48,8 +61,6 @@ struct ContactConfig {
     // intersection_free.
     double thickness = 0;
     double damping = 2e-3;  // damping coefficient over stiffness, seconds
-    // Below this speed, m/s, friction grows linearly with speed; above it is constant.
-    double slip_velocity = 1e-3;
     // Contacts kept of those that the same two nodes carry, see ContactReduction; 0: all, with all vertices
     // and edges, see ContactDetail.
     int contacts_per_node_pair = 4;

@@ -144,6 +144,7 @@ void ContactDetection::find_obstacles(std::span<const ContactParty> bodies,
                                    contacts_);
             for (std::size_t c = first; c < contacts_.size(); ++c) {
                 contacts_[c].stiffness = stiffness * contacts_[c].area;
+                contacts_[c].obstacle = static_cast<int>(o);
                 deepest_ = std::max(deepest_, -contacts_[c].gap);
             }
             yield_to_starts(first, {static_cast<int>(b), -1 - static_cast<int>(o)}, thickness);

@@ -18,7 +18,6 @@ void check_contact_config(const ContactConfig& config) {
     check("friction", config.friction, config.friction >= 0, ">= 0");
     check("thickness", config.thickness, config.thickness >= 0, ">= 0");
     check("damping", config.damping, config.damping >= 0, ">= 0");
-    check("slip_velocity", config.slip_velocity, config.slip_velocity > 0, "> 0");
     check("contacts_per_node_pair", config.contacts_per_node_pair, config.contacts_per_node_pair >= 0,
           ">= 0");
     check("iterations", config.iterations, config.iterations >= 1, ">= 1");
@@ -34,9 +33,8 @@ ContactImpulse contact_impulse(const Contact& contact, const ContactConfig& conf
 
 double contact_potential(const Contact& contact, const ContactConfig& config, double thickness, double dt,
                          double friction_normal, const Eigen::Vector3d& u) noexcept {
-    const Eigen::Vector3d& n = contact.normal;
     const ContactImpulse impulse = contact_impulse(contact, config, thickness, dt, u);
-    const double slip = (u - n.dot(u) * n).norm(), edge = config.slip_velocity;
+    const double slip = contact.slip(u, dt).norm(), edge = contact.full_slip(dt);
     const double drag = slip < edge ? slip * slip / (2 * edge) : slip - edge / 2;
     return impulse.normal * impulse.normal / (2 * impulse.slope) + contact.friction * friction_normal * drag;
 }

@@ -16,7 +16,7 @@ struct ContactImpulse {
 
 /// Penalty contact: a spring of the contact's stiffness from the end-of-step gap to `thickness`, with a
 /// parallel damper, both implicit. The contact only pushes; a force that would pull is zero. Coulomb friction
-/// has constant size mu times the normal force above config.slip_velocity and is linear in u below it.
+/// has constant size mu times the normal force from Contact::full_slip() on and is linear in u below it.
 /// thickness: metres, > 0. dt: seconds.
 ContactImpulse contact_impulse(const Contact& contact, const ContactConfig& config, double thickness,
                                double dt, const Eigen::Vector3d& u) noexcept;

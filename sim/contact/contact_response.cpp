@@ -47,9 +47,8 @@ std::vector<ContactSolver::Touch> ContactSolver::touches(const Eigen::VectorXd& 
         for (const std::size_t k : {0u, 1u})
             touch.motion[k] = moves(pair[k]) ? motion_at(point - at.centres[number(pair[k])])
                                              : PointMotion(PointMotion::Zero());
-        const Eigen::Vector3d& n = contacts_[c].normal;
-        const Eigen::Vector3d u = relative_velocity(c, v), slip = u - n.dot(u) * n;
-        if (const double speed = slip.norm(); speed > config_->slip_velocity) {
+        const Eigen::Vector3d slip = contacts_[c].slip(relative_velocity(c, v), dt_);
+        if (const double speed = slip.norm(); speed > contacts_[c].full_slip(dt_)) {
             touch.along = slip / speed;  // along which friction does not change
             touch.R -= touch.along.dot(touch.R * touch.along) * touch.along * touch.along.transpose();
         }

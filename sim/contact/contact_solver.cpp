@@ -44,7 +44,7 @@ void ContactSolver::begin(std::span<const Contact> contacts, std::span<const Con
         const ContactImpulse impulse = contact_impulse(contacts_[c], *config_, thickness_, dt_, u);
         const double normal = std::clamp(impulse.spring, 0.0, impulse.normal);
         set_operator(c, impulse,
-                     contacts_[c].friction * normal / std::max(drags_[c].slip, config_->slip_velocity));
+                     contacts_[c].friction * normal / std::max(drags_[c].slip, contacts_[c].full_slip(dt_)));
     }
 }
 
@@ -64,6 +64,18 @@ void ContactSolver::number_pairs() {
 /// Relative velocity of the contact's points, minus the wall's velocity.
 Eigen::Vector3d ContactSolver::relative_velocity(std::size_t contact, const Eigen::VectorXd& v) const {
     return terms_.velocity(contact, v) - contacts_[contact].wall_velocity;
+}
+
+std::vector<RubbedContact> ContactSolver::rubbed(const Eigen::VectorXd& v) const {
+    std::vector<RubbedContact> rubbed;
+    for (std::size_t c = 0; c < contacts_.size(); ++c) {
+        if (!presses(c)) continue;
+        const Eigen::Vector3d& n = contacts_[c].normal;
+        const Eigen::Vector3d u = relative_velocity(c, v);
+        rubbed.push_back({contacts_[c], dt_ * (u - n.dot(u) * n),
+                          contact_impulse(contacts_[c], *config_, thickness_, dt_, u).normal});
+    }
+    return rubbed;
 }
 
 double ContactSolver::potential(const Eigen::VectorXd& v, const Eigen::VectorXd& friction_at) const {
@@ -114,15 +126,14 @@ std::vector<ContactSolver::Rub> ContactSolver::rubs_at(const Eigen::VectorXd& v,
     std::vector<double> pushing(pairs_.size(), 0.0), balanced(pairs_.size(), 0.0);  // N s
     std::vector<bool> pressed(pairs_.size(), false);
     for (std::size_t c = 0; c < contacts_.size(); ++c) {
-        const Eigen::Vector3d& n = contacts_[c].normal;
         const Eigen::Vector3d u = relative_velocity(c, v);
         Rub& rub = rubs[c];
         rub.impulse = contact_impulse(contacts_[c], *config_, thickness_, dt_, u);
-        rub.slip = u - n.dot(u) * n;
+        rub.slip = contacts_[c].slip(u, dt_);
         pushing[pair_of_[c]] += rub.impulse.normal;
         if (!solved || !presses(c)) continue;
         pressed[pair_of_[c]] = true;
-        balanced[pair_of_[c]] += rub.impulse.spring - rub.impulse.slope * n.dot(u);
+        balanced[pair_of_[c]] += rub.impulse.spring - rub.impulse.slope * contacts_[c].normal.dot(u);
     }
     for (std::size_t c = 0; c < contacts_.size(); ++c) {
         Rub& rub = rubs[c];
@@ -137,7 +148,8 @@ std::vector<ContactSolver::Rub> ContactSolver::rubs_at(const Eigen::VectorXd& v,
 /// By which the friction of the contact's drag is wrong, N s.
 Eigen::Vector3d ContactSolver::friction_off(std::size_t contact, const Rub& rub) const {
     if (!rub.impulse.active() || !presses(contact)) return Eigen::Vector3d::Zero();
-    return (drags_[contact].drag - rub.most / std::max(rub.slip.norm(), config_->slip_velocity)) * rub.slip;
+    const double most_drag = rub.most / std::max(rub.slip.norm(), contacts_[contact].full_slip(dt_));
+    return (drags_[contact].drag - most_drag) * rub.slip;
 }
 
 /// Between which bodies friction is wrong by too large a share of that on one of them.
@@ -194,7 +206,8 @@ void ContactSolver::set_operator(std::size_t contact, const ContactImpulse& impu
     const Eigen::Matrix3d normal_part = n * n.transpose();
     Eigen::Matrix3d& A = operators_[contact].A;
     A = impulse.slope * normal_part + drag * (Eigen::Matrix3d::Identity() - normal_part);
-    push_[contact] = impulse.spring * n + A * contacts_[contact].wall_velocity;
+    push_[contact] =
+        impulse.spring * n + A * contacts_[contact].wall_velocity - drag / dt_ * contacts_[contact].stretch;
     drags_[contact].drag = drag;
 }
 
@@ -211,7 +224,7 @@ double ContactSolver::next_drag(std::size_t contact, double most, double slip) c
     }
     // Where neighbours change, too, the two solves say less.
     balanced = std::clamp(balanced, slip / most_change_of_slip, slip * most_change_of_slip);
-    return most / std::max(balanced, config_->slip_velocity);
+    return most / std::max(balanced, contacts_[contact].full_slip(dt_));
 }
 
 void ContactSolver::set_rhs(std::span<const StepSystem> systems) {

@@ -11,6 +11,7 @@
 #include "sim/contact/contact.hpp"
 #include "sim/contact/contact_force.hpp"
 #include "sim/contact/contact_terms.hpp"
+#include "sim/contact/friction_memory.hpp"
 #include "sim/fem/step_system.hpp"
 #include "sim/patches/contact_surface.hpp"
 #include "sim/solvers/coupled_solver.hpp"
@@ -87,6 +88,9 @@ class ContactSolver {
     RigidResponse response(const Eigen::VectorXd& v, std::span<const RigidVector> impulses,
                            std::span<const std::optional<RigidMatrix>> inertia,
                            const BodyPositions& at) const;
+
+    /// The contacts that press, at velocities v at the end of the step. They refer to those of begin().
+    std::vector<RubbedContact> rubbed(const Eigen::VectorXd& v) const;
 
     /// Potential of all contacts at velocities v, joules, with the friction strength of `friction_at`; see
     /// contact_potential().

@@ -60,7 +60,6 @@ World make_world(const Recipe& recipe, const NaturalScales& scales, const Body& 
     config.contact.iterations = 4;  // training poses need variety, not precise friction
     config.contact.tolerance = 1e-3;
     config.limits.inverted_share = 0.02;
-    config.contact.slip_velocity = 1e-3 * scales.speed;
     config.contact.self_contact = excitation.self_contact;
     config.contact.intersection_free = excitation.intersection_free;
     config.hierarchies = hierarchies;

@@ -9,6 +9,7 @@
 
 #include "collision/base/file_name.hpp"
 #include "collision/base/file_text.hpp"
+#include "collision/base/notice.hpp"
 #include "meshing/body/material.hpp"
 
 namespace nbd {
@@ -249,8 +250,9 @@ ContactConfig read_contact(JsonObject from, bool& resolve_start) {
     contact.damping = from.number("damping", contact.damping, not_negative);
     contact.contacts_per_node_pair = from.integer("contacts_per_node_pair", contact.contacts_per_node_pair,
                                                   {0, 1000, "between 0 and 1000"});
-    contact.slip_velocity =
-        from.number("slip_velocity", contact.slip_velocity, {1e-9, 1e3, "from 1e-9 to 1000"});
+    if (from.has("slip_velocity"))
+        notice(fmt::format("{}: has no effect any more; what friction holds does not creep",
+                           from.path("slip_velocity")));
     contact.self_contact = from.flag("self_contact", contact.self_contact);
     contact.intersection_free = from.flag("intersection_free", contact.intersection_free);
     resolve_start = from.flag("resolve_start", resolve_start);

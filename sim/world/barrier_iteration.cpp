@@ -14,7 +14,12 @@
 namespace nbd {
 namespace {
 
-constexpr int max_linearisations = 100;     // unless the step's config allows several itself
+constexpr int max_linearisations = 100;  // unless the step's config allows several itself
+/// Far from balance, normal forces are many times what they will be. Friction keeps those that it had until
+/// impulses are out of balance by this share at most, and after so many linearisations for good, so that the
+/// iteration has an end.
+constexpr double near_balance = 0.1;
+constexpr int friction_updates = 20;
 constexpr int max_halvings = 40;            // of a Newton step, until the potential falls
 constexpr double rounding = 1e-13;          // relative, of potentials
 constexpr double least_progress = 1e-9;     // share of a Newton step that counts as motion
@@ -183,6 +188,27 @@ double World::imbalance(int b, double dt, const Eigen::VectorXd& v, const Eigen:
     return std::sqrt(missing) / (std::sqrt(of_loads) + std::sqrt(of_elasticity) + std::sqrt(of_contacts));
 }
 
+/// That of the body that is farthest from balance at v.
+World::Imbalance World::worst_imbalance(double dt, const Eigen::VectorXd& v) const {
+    const Eigen::VectorXd contact = barrier_solver_.impulses(v), rounding = barrier_solver_.rounding();
+    Imbalance worst;
+    for (int b = 0; b < body_count(); ++b)
+        if (const double share = imbalance(b, dt, v, contact, rounding); share > worst.share)
+            worst = {share, b};
+    return worst;
+}
+
+/// The contacts that rub, with their normal forces, and what friction remembers of them.
+std::vector<FrictionContact> World::rubbing(std::span<const BarrierContact> contacts, double dt) const {
+    std::vector<FrictionContact> rubbing;
+    for (const BarrierContact& c : contacts) {
+        if (c.turns || !(c.contact.friction > 0)) continue;
+        rubbing.push_back({c.contact, -dt * c.slope});
+        friction_memory_.recall(rubbing.back().contact, slip_length(dt));
+    }
+    return rubbing;
+}
+
 /// v: out, the velocities at the end of the part. Every iterate is free of intersections.
 World::Rejection World::solve_apart(const StepPart& part, Eigen::VectorXd& v, WorldReport& report) {
     const double dt = part.dt;
@@ -204,32 +230,31 @@ World::Rejection World::solve_apart(const StepPart& part, Eigen::VectorXd& v, Wo
     double progress = barrier().obstacles_move() || std::ranges::any_of(given, moves) ? 0 : 1;
     double share = propose(dt, v, to, progress, report), moved = 0;
     progress = std::max(progress, share);
-    std::vector<FrictionContact> friction;
-    for (const BarrierContact& c : barrier().contacts(0))
-        if (c.contact.friction > 0) friction.push_back({c.contact, -dt * c.slope});
-    barrier_solver_.begin_step(std::move(surfaces), first_unknown_, config_.contact.slip_velocity, dt,
-                               std::move(friction));
+    barrier_solver_.begin_step(std::move(surfaces), first_unknown_, dt);
+    const std::vector<BarrierContact> first = barrier().contacts(0);
+    barrier_solver_.set_contacts(first, rubbing(first, dt));
     v = share * to;
     const int most = config_.step.newton_iterations > 1 ? config_.step.newton_iterations : max_linearisations;
     Rejection rejection;
     for (int k = 0;; ++k) {
         stop_if_asked();
         timed(report.assemble_us, [&] { build_systems(given, &v); });
-        barrier_solver_.set_contacts(barrier().contacts(share));
+        std::vector<BarrierContact> contacts = barrier().contacts(share);
+        barrier_solver_.set_contacts(contacts);
         report.contacts = barrier_solver_.contact_count();
         to = v;
-        barrier_solver_.linearise(systems_, 1 - progress, to);
-        double worst = 0;
-        int worst_body = 0;
+        barrier_solver_.linearise(systems_, 1 - progress, false, to);
+        Imbalance worst;
         if (progress == 1) {
-            const Eigen::VectorXd contact = barrier_solver_.impulses(v),
-                                  rounding = barrier_solver_.rounding();
-            for (int b = 0; b < body_count(); ++b)
-                if (const double of_b = imbalance(b, dt, v, contact, rounding); of_b > worst) {
-                    worst = of_b;
-                    worst_body = b;
-                }
-            if (worst == 0 || (k > 0 && worst <= config_.step.newton_tolerance)) break;
+            worst = worst_imbalance(dt, v);
+            if (worst.share <= near_balance && k < friction_updates) {
+                std::vector<FrictionContact> friction = rubbing(contacts, dt);
+                barrier_solver_.set_contacts(std::move(contacts), std::move(friction));
+                to = v;
+                barrier_solver_.linearise(systems_, 0, true, to);
+                worst = worst_imbalance(dt, v);
+            }
+            if (worst.share == 0 || (k > 0 && worst.share <= config_.step.newton_tolerance)) break;
         }
         if (k == most || (k > 0 && share < least_progress)) {
             if (progress < 1)
@@ -241,7 +266,7 @@ World::Rejection World::solve_apart(const StepPart& part, Eigen::VectorXd& v, Wo
             rejection = {
                 .reason = fmt::format("Newton's iteration ends with impulses on body {} out of balance by "
                                       "{:.2g} of theirs, allowed: {:.2g}",
-                                      worst_body, worst, config_.step.newton_tolerance),
+                                      worst.body, worst.share, config_.step.newton_tolerance),
                 .trouble = StepTrouble::newton};
             break;
         }

@@ -81,7 +81,9 @@ World::Rejection World::solve(double dt, Eigen::VectorXd& v, WorldReport& report
     v = stacked(&World::first_iterate, given);
     const int max_iterations = config_.step.newton_iterations;
     timed(report.solve_us, [&] {
-        solver_.begin(detection_.contacts(), surfaces, first_unknown_, config_.contact, thickness(), dt, v,
+        contacts_.assign(detection_.contacts().begin(), detection_.contacts().end());
+        for (Contact& contact : contacts_) friction_memory_.recall(contact, slip_length(dt));
+        solver_.begin(contacts_, surfaces, first_unknown_, config_.contact, thickness(), dt, v,
                       max_iterations > 1);
     });
     double left = 0;

@@ -199,6 +199,7 @@ WorldSnapshot World::snapshot() const {
         snapshot.velocities_before.push_back(body.velocities_before);
     }
     snapshot.sides = detected_dt_ == 0 ? detection_.sides() : sides_before_;
+    snapshot.stretches = friction_memory_.stretches();
     return snapshot;
 }
 
@@ -242,6 +243,18 @@ void World::restore(const WorldSnapshot& snapshot) {
             throw std::invalid_argument(
                 fmt::format("world: entry {} of the snapshot's start depths does not fit the bodies", i));
     }
+    const FrictionStretches& stretches = snapshot.stretches;
+    for (std::size_t i = 0; i < std::max(stretches.contacts.size(), stretches.ways.size()); ++i) {
+        const bool is_there = i < stretches.contacts.size() && i < stretches.ways.size();
+        const std::array<int, 6> contact = is_there ? stretches.contacts[i] : std::array<int, 6>{};
+        const auto fits = [&](int body, int vertex) { return vertex == -1 || has_vertex(body, vertex); };
+        const bool is_obstacle = contact[3] < 0 && -1 - contact[3] < std::ssize(obstacles_);
+        if (!is_there || !has_vertex(contact[0], contact[1]) || !fits(contact[0], contact[2]) ||
+            !(is_obstacle || (fits(contact[3], contact[4]) && fits(contact[3], contact[5]))) ||
+            !stretches.ways[i].allFinite())
+            throw std::invalid_argument(
+                fmt::format("world: entry {} of the snapshot's friction does not fit the bodies", i));
+    }
     reset(snapshot);
     start_is_checked_ = false;
     for (Body& body : bodies_) {
@@ -261,6 +274,7 @@ void World::reset(const WorldSnapshot& snapshot) {
     time_ = snapshot.time;
     dt_before_ = snapshot.dt_before;
     detection_.restore(snapshot.sides);
+    friction_memory_.restore(snapshot.stretches);
     detected_dt_ = 0;
 }
 

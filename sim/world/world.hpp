@@ -90,6 +90,7 @@ struct WorldSnapshot {
     // Velocities before the last step, which tell where they head for; empty arrays or an empty list: none.
     std::vector<Nodes> velocities_before;
     ContactSides sides;
+    FrictionStretches stretches;
 };
 
 /// A body that was moved as a whole.
@@ -233,6 +234,7 @@ class World {
     void tell_trouble(WorldReport& report) const;
     PartStart part_start() const;
     void take_back(const PartStart& start);
+    double slip_length(double dt) const noexcept;
     void detect(double dt);
     Rejection try_part(const StepPart& part, WorldReport& report);
     std::string move(const StepPart& part, const Eigen::VectorXd& v, bool is_solved, WorldReport& report);
@@ -271,6 +273,13 @@ class World {
     // barrier_iteration.cpp
     Barrier& barrier();
     std::vector<Nodes> nodes_now() const;
+    /// Of a body, as a share of its impulses.
+    struct Imbalance {
+        double share = 0;
+        int body = 0;
+    };
+    Imbalance worst_imbalance(double dt, const Eigen::VectorXd& v) const;
+    std::vector<FrictionContact> rubbing(std::span<const BarrierContact> contacts, double dt) const;
     Rejection solve_apart(const StepPart& part, Eigen::VectorXd& v, WorldReport& report);
     double propose(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress,
                    WorldReport& report);
@@ -292,6 +301,8 @@ class World {
     std::vector<Obstacle> obstacles_;
     PairQuery query_;
     ContactDetection detection_;
+    FrictionMemory friction_memory_;
+    std::vector<Contact> contacts_;  // of detection_, with what friction remembers of them
     ContactSolver solver_;
     std::unique_ptr<Barrier> barrier_;  // null: not asked for yet
     bool start_is_checked_ = false;

@@ -1,6 +1,7 @@
 // A step, and its parts: contact detection, solution, motion, and whether the result is rejected.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <stdexcept>
@@ -117,6 +118,12 @@ void World::take_back(const PartStart& start) {
     for (int b = 0; b < body_count(); ++b) at(b).contact_forces = start.contact_forces[b];
 }
 
+/// A hundred-thousandth of the smallest body: nobody sees that friction gives by as much before it slides. Or
+/// a thousandth of a fall from rest, where steps are long: a stiffer spring would be settled by no iteration.
+double World::slip_length(double dt) const noexcept {
+    return std::max(1e-5 * smallest_diagonal(), 1e-3 * config_.gravity.norm() * dt * dt);
+}
+
 /// Detects the contacts of a step of dt from the current state, unless they are known.
 void World::detect(double dt) {
     if (config_.contact.intersection_free || detected_dt_ == dt) return;
@@ -231,6 +238,7 @@ World::Rejection World::try_part(const StepPart& part, WorldReport& report) {
                 return {.reason = "the step would end where " + hit, .fatal = true};
         if (std::string failure = move(part, v, is_solved, report); !failure.empty())
             return {.reason = failure, .fatal = true};
+        friction_memory_.remember(apart ? barrier_solver_.rubbed(v) : solver_.rubbed(v));
     } catch (const std::runtime_error& error) {
         return {.reason = error.what(), .fatal = true};
     }

@@ -14,8 +14,13 @@ namespace {
 
 class ContactForce : public testing::Test {
  protected:
-    const Contact contact{.normal = {0, 0.6, 0.8}, .gap = 2e-3, .stiffness = 1e5, .friction = 0.4};
-    const ContactConfig config{.damping = 3e-3, .slip_velocity = 1e-2};
+    const Contact contact{.normal = {0, 0.6, 0.8},
+                          .gap = 2e-3,
+                          .stiffness = 1e5,
+                          .friction = 0.4,
+                          .stretch = {-8e-6, 0, 0},
+                          .slip_length = 4e-5};
+    const ContactConfig config{.damping = 3e-3};
     static constexpr double thickness = 5e-3, dt = 4e-3;
 };
 
@@ -28,7 +33,7 @@ TEST_F(ContactForce, IsThatOfASpringAndADamperAtTheEndOfTheStep) {
     EXPECT_TRUE(contact_impulse(contact, config, thickness, dt, 0.42 * contact.normal).active());
 }
 
-/// Below the slip velocity friction is linear; above it, mu times the normal impulse.
+/// Below a stretch of the slip length friction is linear; above it, mu times the normal impulse.
 TEST_F(ContactForce, IsMinusTheGradientOfThePotential) {
     const double normal = 0.7;
     const auto potential = [&](const Eigen::Vector3d& u) {
@@ -36,10 +41,11 @@ TEST_F(ContactForce, IsMinusTheGradientOfThePotential) {
     };
     for (const double speed : {1e-3, 0.3}) {
         const Eigen::Vector3d slip(speed, 0, 0), u = slip - 0.2 * contact.normal;
-        const double drag = contact.friction * normal * std::min(speed / config.slip_velocity, 1.0);
+        const double stretch = (dt * speed - 8e-6) / contact.slip_length;
+        const double friction = contact.friction * normal * std::clamp(stretch, -1.0, 1.0);
         const Eigen::Vector3d expected =
             contact_impulse(contact, config, thickness, dt, u).normal * contact.normal -
-            drag * Eigen::Vector3d::UnitX();
+            friction * Eigen::Vector3d::UnitX();
         for (int k = 0; k < 3; ++k) {
             const Eigen::Vector3d h = 1e-6 * Eigen::Vector3d::Unit(k);
             EXPECT_NEAR(-(potential(u + h) - potential(u - h)) / 2e-6, expected[k], 1e-6)
@@ -74,7 +80,8 @@ class Cubes : public testing::Test {
             Contact contact{.normal = Eigen::Vector3d::UnitZ(),
                             .gap = 0.5 * thickness,
                             .stiffness = stiffness,
-                            .friction = 0.5};
+                            .friction = 0.5,
+                            .slip_length = 1e-3 * dt};
             const Eigen::Vector3d corner = surfaces_[0].x(v);
             const bool above = corner.z() > at_.centres[0].z();
             contact.a = point(0, v);

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <memory>
+#include <stdexcept>
 
 #include "meshing/body/embed.hpp"
 #include "tests/sim/support/momentum.hpp"
@@ -96,6 +97,44 @@ TEST(Friction, OfTwoBodiesThatHitObliquelyIsNeverMoreThanItsShareOfTheNormalForc
     }
     ASSERT_GT(normal, 0);
     EXPECT_NEAR(friction / normal, mu, 0.25 * mu);  // the faces turn while they touch
+}
+
+/// Two blocks on each other on a slope, at nine tenths of what friction holds.
+TEST(Friction, HoldsWithoutCreepAndFromASnapshotWithTheSameBits) {
+    const Model box({0.1, 0.1, 0.1}, {2, 2, 2});
+    const double angle = 0.35, mu = std::tan(angle) / 0.9;
+    for (const bool free : {false, true}) {
+        const auto build = [&] {
+            WorldConfig config{.gravity = 9.81 * Eigen::Vector3d(std::sin(angle), 0, -std::cos(angle))};
+            config.contact.friction = mu;
+            config.contact.intersection_free = free;
+            auto world = std::make_unique<World>(config);
+            world->add_obstacle(test::floor_at(0, mu));
+            world->add_body(box.at({0, 0, 0.0503}));
+            world->add_body(box.at({0.013, 0.007, 0.1508}));
+            return world;
+        };
+        const auto world = build(), resumed = build();
+        for (int s = 0; s < 200; ++s) ASSERT_EQ(world->step(1e-2).failure, "");
+        const WorldSnapshot snapshot = world->snapshot();
+        ASSERT_GT(snapshot.stretches.contacts.size(), 8u);
+        const Eigen::Vector3d settled = test::centre_of_mass(*world, 1);
+        resumed->restore(snapshot);
+        for (int s = 0; s < 1000; ++s) {
+            ASSERT_EQ(world->step(1e-2).failure, "");
+            if (s < 20) resumed->step(1e-2);
+            if (s == 19)
+                for (const int b : {0, 1}) EXPECT_TRUE(resumed->state(b).x == world->state(b).x) << free;
+        }
+        EXPECT_LT((test::centre_of_mass(*world, 1) - settled).norm(), 1e-7) << free;
+
+        WorldSnapshot bad = snapshot;
+        bad.stretches.contacts.back()[1] = 1'000'000;
+        EXPECT_THROW(resumed->restore(bad), std::invalid_argument);
+        bad = snapshot;
+        bad.stretches.ways.pop_back();
+        EXPECT_THROW(resumed->restore(bad), std::invalid_argument);
+    }
 }
 
 TEST(Start, ABodyThatStandsExactlyOnTheFloorStays) {
