@@ -12,7 +12,7 @@ namespace {
 
 /// Room beyond the reach, as a multiple of it: a larger one makes more candidates, a smaller one more
 /// queries.
-constexpr double room_share = 2;
+constexpr double room_share = 1;
 
 /// The largest distance by which a point leaves its box along an axis.
 double outside(const Nodes& x, const Nodes& low, const Nodes& high) {
