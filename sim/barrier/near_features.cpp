@@ -48,6 +48,7 @@ bool NearFeatureSearch::reference_holds(const std::vector<MovingSurface>& surfac
     deviations_.clear();
     double most = 0, second = 0;  // of two surfaces
     for (std::size_t s = 0; s < surfaces.size(); ++s) {
+        if (!surfaces[s].begin().allFinite() || !surfaces[s].end().allFinite()) return false;
         deviations_.push_back(deviation(s, surfaces[s]));
         if (2 * deviations_[s].own > room_) return false;
         if (deviations_[s].whole > most)

@@ -250,7 +250,8 @@ void World::restore(const WorldSnapshot& snapshot) {
         const auto fits = [&](int body, int vertex) { return vertex == -1 || has_vertex(body, vertex); };
         const bool is_obstacle = contact[3] < 0 && -1 - contact[3] < std::ssize(obstacles_);
         if (!is_there || !has_vertex(contact[0], contact[1]) || !fits(contact[0], contact[2]) ||
-            !(is_obstacle || (fits(contact[3], contact[4]) && fits(contact[3], contact[5]))) ||
+            !(is_obstacle ||
+              (has_vertex(contact[3], 0) && fits(contact[3], contact[4]) && fits(contact[3], contact[5]))) ||
             !stretches.ways[i].allFinite())
             throw std::invalid_argument(
                 fmt::format("world: entry {} of the snapshot's friction does not fit the bodies", i));

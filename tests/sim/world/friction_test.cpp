@@ -132,6 +132,9 @@ TEST(Friction, HoldsWithoutCreepAndFromASnapshotWithTheSameBits) {
         bad.stretches.contacts.back()[1] = 1'000'000;
         EXPECT_THROW(resumed->restore(bad), std::invalid_argument);
         bad = snapshot;
+        bad.stretches.contacts.front()[3] = 2;
+        EXPECT_THROW(resumed->restore(bad), std::invalid_argument);
+        bad = snapshot;
         bad.stretches.ways.pop_back();
         EXPECT_THROW(resumed->restore(bad), std::invalid_argument);
     }
