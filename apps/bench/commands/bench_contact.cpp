@@ -158,7 +158,6 @@ nlohmann::ordered_json run_scene(const std::string& name, const Mode& mode, int 
             {"inverted", total.all.inverted_elements},
             {"momentum_error", momentum_error},
             {"linearisations", total.mean(&StepReport::newton_iterations)},
-            {"contacts", total.mean(&StepReport::contacts)},
             {"face_pairs", total.mean(&StepReport::face_pairs)},
             {"ms", 1e3 * spent / std::max(total.steps, 1)},
             {"search_ms", 1e-3 * total.search_us()},
