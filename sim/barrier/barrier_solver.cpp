@@ -60,9 +60,8 @@ std::vector<RubbedContact> BarrierSolver::rubbed(const Eigen::VectorXd& v) const
     std::vector<RubbedContact> rubbed;
     for (std::size_t f = 0; f < friction_.size(); ++f) {
         const Contact& contact = friction_[f].contact;
-        const Eigen::Vector3d u = relative_velocity(f, v);
         rubbed.push_back(
-            {contact, dt_ * (u - contact.normal.dot(u) * contact.normal), friction_[f].normal_impulse});
+            {contact, dt_ * contact.along(relative_velocity(f, v)), friction_[f].normal_impulse});
     }
     return rubbed;
 }

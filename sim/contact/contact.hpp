@@ -30,11 +30,11 @@ struct Contact {
     Eigen::Vector3d stretch = Eigen::Vector3d::Zero();
     double slip_length = 0;
 
+    /// The part of a vector along the surfaces.
+    Eigen::Vector3d along(const Eigen::Vector3d& u) const { return u - normal.dot(u) * normal; }
     /// What friction resists to in a step of dt seconds, m/s: the stretch at its end over dt. u: velocity of
     /// a relative to b at the end of the step, without that of the wall.
-    Eigen::Vector3d slip(const Eigen::Vector3d& u, double dt) const {
-        return u - normal.dot(u) * normal + stretch / dt;
-    }
+    Eigen::Vector3d slip(const Eigen::Vector3d& u, double dt) const { return along(u) + stretch / dt; }
     /// The speed of slip from which on friction has its full size, m/s.
     double full_slip(double dt) const noexcept { return slip_length / dt; }
 };

@@ -70,9 +70,8 @@ std::vector<RubbedContact> ContactSolver::rubbed(const Eigen::VectorXd& v) const
     std::vector<RubbedContact> rubbed;
     for (std::size_t c = 0; c < contacts_.size(); ++c) {
         if (!presses(c)) continue;
-        const Eigen::Vector3d& n = contacts_[c].normal;
         const Eigen::Vector3d u = relative_velocity(c, v);
-        rubbed.push_back({contacts_[c], dt_ * (u - n.dot(u) * n),
+        rubbed.push_back({contacts_[c], dt_ * contacts_[c].along(u),
                           contact_impulse(contacts_[c], *config_, thickness_, dt_, u).normal});
     }
     return rubbed;

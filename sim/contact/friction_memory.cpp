@@ -46,7 +46,7 @@ void FrictionMemory::recall(Contact& contact, double slip_length) const {
         const auto known = ways_.find(name.key);
         if (known == ways_.end()) continue;
         const Eigen::Vector3d way = name.is_of_a ? known->second : Eigen::Vector3d(-known->second);
-        contact.stretch = way - contact.normal.dot(way) * contact.normal;
+        contact.stretch = contact.along(way);
         return;
     }
 }
