@@ -18,7 +18,7 @@ namespace nbd {
 namespace {
 
 constexpr double floor_share = 1e-3;      // of the reach: distance at which the potential is infinite
-constexpr double left_share = 0.2;        // of a distance above its floor that a motion must leave
+constexpr double left_share = 0.2;        // of the room above the floor that a motion must leave
 constexpr double tolerance_share = 0.05;  // likewise, by which an impact may be found too early
 
 /// Positions of the vertices of a body's surface, [n, 3].
@@ -57,6 +57,11 @@ SurfacePoint surface_point(const MovingSurface& surface, int first, int count,
         point.weights[i] = weights[k];
     }
     return point;
+}
+
+/// How far features at a distance may come nearer before they are at their floor, as far as they press.
+double room_at(double distance, double floor, double reach) {
+    return std::max(std::min(distance, reach) - floor, 0.0);
 }
 
 double edge_area(const MovingSurface& surface, int edge) {
@@ -193,9 +198,8 @@ SurfaceDistance Barrier::distance(const NearSmooth& near, double share) const {
 
 double Barrier::limit(const NearFeatures& near) const {
     const auto x = positions(near.pair, 0), y = positions(near.pair, 1);
-    const double floor = floor_share * near.reach;
-    const double distance = closest_points(near.pair.kind, x).distance;
-    const double room = std::max(distance - floor, 0.0);
+    const double floor = floor_share * near.reach,
+                 room = room_at(closest_points(near.pair.kind, x).distance, floor, near.reach);
     const ImpactConfig config{.separation = floor + left_share * room, .tolerance = tolerance_share * room};
     const Impact impact =
         feature_impact(near.pair.kind, {{{x[0], y[0]}, {x[1], y[1]}, {x[2], y[2]}, {x[3], y[3]}}}, config);
@@ -204,7 +208,7 @@ double Barrier::limit(const NearFeatures& near) const {
 
 double Barrier::limit(const NearSmooth& near) const {
     const double floor = floor_share * reach_, begin = distance(near, 0).distance;
-    const double least = floor + left_share * std::max(begin - floor, 0.0);
+    const double least = floor + left_share * room_at(begin, floor, reach_);
     const Wall& wall = walls_[near.wall];
     if (const auto* ball = std::get_if<BallShape>(&wall.obstacle.shape)) {
         const MovingSurface& surface = surfaces_[near.body];
@@ -259,9 +263,9 @@ BarrierLaw Barrier::law(const NearSmooth& near) const {
     return law(bodies_[near.body].young, surfaces_[near.body].rest_areas()[near.vertex], reach_);
 }
 
-/// The weight of a pair's potential: that of EdgeMollifier for two edges, otherwise 1.
-EdgeMollifier Barrier::weight(const NearFeatures& near, double share) const {
-    if (near.pair.kind == FeatureKind::vertex_face) return {};
+/// The weight of a pair's potential.
+double Barrier::weight(const NearFeatures& near, double share) const {
+    if (near.pair.kind == FeatureKind::vertex_face) return 1;
     const auto x = positions(near.pair, share);
     const auto rest = [&](int surface, int edge) {
         const MovingSurface& s = surfaces_[surface];
@@ -280,7 +284,7 @@ void Barrier::measure(double share) {
         if constexpr (std::is_same_v<std::decay_t<decltype(near)>, NearFeatures>) {
             distances_[i] = closest_points(near.pair.kind, positions(near.pair, share)).distance;
             energies_[i] = distances_[i] < near.reach ? law(near).at(distances_[i]).energy : 0;
-            if (energies_[i] > 0 && std::isfinite(energies_[i])) energies_[i] *= weight(near, share).value;
+            if (energies_[i] > 0 && std::isfinite(energies_[i])) energies_[i] *= weight(near, 0);
         } else {
             distances_[i] = distance(near, share).distance;
             energies_[i] = distances_[i] < reach_ ? law(near).at(distances_[i]).energy : 0;
@@ -333,44 +337,35 @@ Contact Barrier::contact(const NearSmooth& near, double share) const {
             .obstacle = near.wall};
 }
 
-std::vector<BarrierContact> Barrier::contacts(double share) {
-    measure(share);
-    std::vector<BarrierContact> result;
-    for (std::size_t i = 0; i < near_.size(); ++i) {
-        if (!(distances_[i] < near_[i].reach)) continue;
-        const BarrierLaw::Terms terms = law(near_[i]).at(distances_[i]);
-        const EdgeMollifier m = weight(near_[i], share);
-        if (m.value > 0)
-            result.push_back({contact(near_[i], share), m.value * terms.slope, m.value * terms.curvature});
-        if (m.value < 1) add_turns(near_[i], m, terms.energy, result);
-    }
-    for (std::size_t i = 0; i < near_smooth_.size(); ++i) {
-        const double gap = distances_[near_.size() + i];
-        if (!(gap < reach_)) continue;
-        const BarrierLaw::Terms terms = law(near_smooth_[i]).at(gap);
-        result.push_back({contact(near_smooth_[i], share), terms.slope, terms.curvature});
-    }
-    return merged(std::move(result));
+/// Motion of a point from begin to end. obstacle: number of the one whose point it is if it is no body's.
+Eigen::Vector3d Barrier::motion(const SurfacePoint& point, int obstacle) const {
+    if (point.body < 0) return walls_[obstacle].end - walls_[obstacle].begin;
+    const MovingSurface& s = surfaces_[point.body];
+    Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
+    for (std::size_t k = 0; k < static_cast<std::size_t>(point.count); ++k)
+        sum += point.weights[k] * (s.end().row(point.vertices[k]) - s.begin().row(point.vertices[k]));
+    return sum;
 }
 
-/// Adds what the weight m of a potential between two edges changes as these turn.
-void Barrier::add_turns(const NearFeatures& near, const EdgeMollifier& m, double energy,
-                        std::vector<BarrierContact>& contacts) const {
-    const auto at = corners(near.pair, surfaces_);
-    const auto add = [&](int surface, std::size_t first, const Eigen::Vector3d& gradient, double curvature) {
-        const MovingSurface& s = surfaces_[surface];
-        const double slope = gradient.norm();
-        if (s.is_obstacle() || !(slope > 0)) return;
-        BarrierContact turn{{}, energy * slope, energy * curvature, true};
-        turn.contact.a = {.body = s.body(),
-                          .count = 2,
-                          .vertices = {at[first].vertex, at[first + 1].vertex},
-                          .weights = {-1, 1}};
-        turn.contact.normal = gradient / slope;
-        contacts.push_back(turn);
+std::vector<Contact> Barrier::contacts(double share) {
+    measure(share);
+    std::vector<Contact> result;
+    const auto add = [&](const auto& near, double distance, double reach, double weight) {
+        Contact c = contact(near, share);
+        const double nearer =
+            (1 - share) * c.normal.dot(motion(c.b, c.obstacle) - motion(c.a, c.obstacle));
+        if (!(distance - nearer < reach) && !(distance < 2 * reach)) return;
+        c.barrier = law(near);
+        c.barrier.stiffness *= weight;
+        c.barrier.linear_below =
+            c.barrier.floor + left_share * room_at(distance, c.barrier.floor, c.barrier.reach);
+        result.push_back(c);
     };
-    add(near.pair.surface_a, 0, m.by_u, m.curvature_u);
-    add(near.pair.surface_b, 2, m.by_w, m.curvature_w);
+    for (std::size_t i = 0; i < near_.size(); ++i)
+        if (const double w = weight(near_[i], share); w > 0) add(near_[i], distances_[i], near_[i].reach, w);
+    for (std::size_t i = 0; i < near_smooth_.size(); ++i)
+        add(near_smooth_[i], distances_[near_.size() + i], reach_, 1);
+    return merged(std::move(result));
 }
 
 }  // namespace nbd

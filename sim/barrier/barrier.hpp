@@ -4,11 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "sim/barrier/barrier_contact.hpp"
-#include "sim/barrier/barrier_law.hpp"
-#include "sim/barrier/edge_mollifier.hpp"
 #include "sim/barrier/intersections.hpp"
 #include "sim/barrier/near_features.hpp"
+#include "sim/contact/contact.hpp"
 #include "sim/obstacles/obstacle.hpp"
 #include "sim/patches/contact_shape.hpp"
 
@@ -47,12 +45,14 @@ class Barrier {
     /// distances shrink to a fifth at most; 1 if all of it is free. At its begin, surfaces must be apart.
     double move(std::span<const Nodes> begin, std::span<const Nodes> end, double progress);
 
-    /// Potential after a share of the motion, joules; infinite where surfaces are too near.
+    /// Potential after a share of the motion, joules; infinite where surfaces are too near. Edges have the
+    /// weights that they have at its begin, see edge_mollifier().
     double energy(double share);
 
-    /// Contacts after a share of the motion, in a fixed order: the gradient of energy(). Contacts of the same
-    /// points are one, see merged().
-    std::vector<BarrierContact> contacts(double share);
+    /// Contacts after a share of the motion with their laws, in a fixed order: of features within twice their
+    /// reach, and of those that come within it in the rest of the motion as seen from there. Their gaps are
+    /// their distances. Contacts of the same points are one, see merged().
+    std::vector<Contact> contacts(double share);
 
     /// The least distance found by the last energy() or contacts(), of features within their reach; infinite
     /// if there were none.
@@ -98,9 +98,8 @@ class Barrier {
     BarrierLaw law(const NearSmooth& near) const;
     Contact contact(const NearFeatures& near, double share) const;
     Contact contact(const NearSmooth& near, double share) const;
-    EdgeMollifier weight(const NearFeatures& near, double share) const;
-    void add_turns(const NearFeatures& near, const EdgeMollifier& m, double energy,
-                   std::vector<BarrierContact>& contacts) const;
+    double weight(const NearFeatures& near, double share) const;
+    Eigen::Vector3d motion(const SurfacePoint& point, int obstacle) const;
     void measure(double share);
     template <class Visit>
     void for_each_near(const Visit& visit) const;

@@ -40,24 +40,23 @@ std::optional<ContactKey> key_of(const Contact& contact) {
 
 }  // namespace
 
-std::vector<BarrierContact> merged(std::vector<BarrierContact> contacts) {
+std::vector<Contact> merged(std::vector<Contact> contacts) {
     std::vector<std::pair<ContactKey, std::size_t>> order;
-    std::vector<BarrierContact> result;
+    std::vector<Contact> result;
     for (std::size_t c = 0; c < contacts.size(); ++c) {
-        if (const std::optional<ContactKey> key = key_of(contacts[c].contact))
+        if (const std::optional<ContactKey> key = key_of(contacts[c]))
             order.emplace_back(*key, c);
         else
             result.push_back(contacts[c]);
     }
     std::ranges::sort(order);
     for (std::size_t i = 0; i < order.size(); ++i) {
-        const BarrierContact& contact = contacts[order[i].second];
-        if (i > 0 && order[i].first == order[i - 1].first) {
-            result.back().slope += contact.slope;
-            result.back().curvature += contact.curvature;
-        } else {
+        const Contact& contact = contacts[order[i].second];
+        if (i > 0 && order[i].first == order[i - 1].first &&
+            result.back().barrier.reach == contact.barrier.reach)
+            result.back().barrier.stiffness += contact.barrier.stiffness;
+        else
             result.push_back(contact);
-        }
     }
     return result;
 }

@@ -3,6 +3,8 @@
 #include <Eigen/Core>
 #include <array>
 
+#include "sim/contact/barrier_law.hpp"
+
 namespace nbd {
 
 /// A point of a body's surface as a weighted mean of up to three surface vertices: a vertex, a point on an
@@ -23,6 +25,7 @@ struct Contact {
     double gap = 0;        // metres at the start of the step, negative if they overlap; see StartDepths
     double area = 0;       // surface area represented by this contact, m2
     double stiffness = 0;  // N/m
+    BarrierLaw barrier{};  // in place of the stiffness, in steps without intersections; reach 0: none
     double friction = 0;   // Coulomb's coefficient
     int obstacle = -1;     // its number, where b is a point of one
     // How far friction has drawn a from b along the surfaces before the step, and how far it draws at most,
@@ -30,6 +33,7 @@ struct Contact {
     Eigen::Vector3d stretch = Eigen::Vector3d::Zero();
     double slip_length = 0;
 
+    bool has_barrier() const noexcept { return barrier.reach > 0; }
     /// The part of a vector along the surfaces.
     Eigen::Vector3d along(const Eigen::Vector3d& u) const { return u - normal.dot(u) * normal; }
     /// What friction resists to in a step of dt seconds, m/s: the stretch at its end over dt. u: velocity of

@@ -25,18 +25,22 @@ void check_contact_config(const ContactConfig& config) {
 
 ContactImpulse contact_impulse(const Contact& contact, const ContactConfig& config, double thickness,
                                double dt, const Eigen::Vector3d& u) noexcept {
+    const double parting = contact.normal.dot(u);
+    if (contact.has_barrier()) {
+        const BarrierLaw::Terms at = contact.barrier.at(contact.gap + dt * parting);
+        const double slope = dt * dt * at.curvature, normal = -dt * at.slope;
+        return {.spring = normal + slope * parting, .slope = slope, .normal = normal};
+    }
     ContactImpulse impulse{.spring = dt * contact.stiffness * (thickness - contact.gap),
                            .slope = dt * contact.stiffness * (dt + config.damping)};
-    impulse.normal = std::max(impulse.spring - impulse.slope * contact.normal.dot(u), 0.0);
+    impulse.normal = std::max(impulse.spring - impulse.slope * parting, 0.0);
     return impulse;
 }
 
-double contact_potential(const Contact& contact, const ContactConfig& config, double thickness, double dt,
-                         double friction_normal, const Eigen::Vector3d& u) noexcept {
-    const ContactImpulse impulse = contact_impulse(contact, config, thickness, dt, u);
+double friction_potential(const Contact& contact, double dt, double normal,
+                          const Eigen::Vector3d& u) noexcept {
     const double slip = contact.slip(u, dt).norm(), edge = contact.full_slip(dt);
-    const double drag = slip < edge ? slip * slip / (2 * edge) : slip - edge / 2;
-    return impulse.normal * impulse.normal / (2 * impulse.slope) + contact.friction * friction_normal * drag;
+    return contact.friction * normal * (slip < edge ? slip * slip / (2 * edge) : slip - edge / 2);
 }
 
 }  // namespace nbd

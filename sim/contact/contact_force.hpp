@@ -6,24 +6,23 @@
 
 namespace nbd {
 
-/// The normal impulse of a contact over a step is spring - slope n.u while that is positive, with the
-/// relative velocity u of the two points at the end of the step (a minus b minus wall).
+/// The normal impulse of a contact over a step, and its tangent, spring - slope n.u, in the relative velocity
+/// u of the two points at the end of the step (a minus b minus wall).
 struct ContactImpulse {
     double spring = 0, slope = 0;  // N s, kg
     double normal = 0;             // the normal impulse at u, N s; 0 if the contact does not press
     bool active() const noexcept { return normal > 0; }
 };
 
-/// Penalty contact: a spring of the contact's stiffness from the end-of-step gap to `thickness`, with a
-/// parallel damper, both implicit. The contact only pushes; a force that would pull is zero. Coulomb friction
-/// has constant size mu times the normal force from Contact::full_slip() on and is linear in u below it.
-/// thickness: metres, > 0. dt: seconds.
+/// What a contact does at u; it only pushes. Its barrier, or a spring of its stiffness from the end-of-step
+/// gap to `thickness` with a parallel damper, both implicit: then the tangent is the impulse wherever the
+/// contact presses. thickness: metres, > 0. dt: seconds.
 ContactImpulse contact_impulse(const Contact& contact, const ContactConfig& config, double thickness,
                                double dt, const Eigen::Vector3d& u) noexcept;
 
-/// Potential of the contact, joules. Minus its gradient in u is the contact impulse with friction for the
-/// normal impulse `friction_normal` (N s).
-double contact_potential(const Contact& contact, const ContactConfig& config, double thickness, double dt,
-                         double friction_normal, const Eigen::Vector3d& u) noexcept;
+/// Potential of the friction of a contact, joules: minus its gradient in u is the impulse of Coulomb friction
+/// for the normal impulse `normal` (N s), mu times that from Contact::full_slip() on and linear in u below it.
+double friction_potential(const Contact& contact, double dt, double normal,
+                          const Eigen::Vector3d& u) noexcept;
 
 }  // namespace nbd

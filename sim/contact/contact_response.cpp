@@ -42,7 +42,7 @@ std::vector<ContactSolver::Touch> ContactSolver::touches(const Eigen::VectorXd& 
         const auto moves = [&](int body) { return body >= 0 && inertia[number(body)]; };
         if (!presses(c) || pair[0] == pair[1] || !(moves(pair[0]) || moves(pair[1]))) continue;
         Touch touch{.contact = c, .motion = {}, .R = operators_[c].A, .along = Eigen::Vector3d::Zero()};
-        // The arms are those of momenta(), so that what a pair gets still sums to nothing.
+        // Both arms are of one point, so that what a pair gets sums to nothing.
         const Eigen::Vector3d point = terms_.acts_at(contacts_[c], c, at);
         for (const std::size_t k : {0u, 1u})
             touch.motion[k] = moves(pair[k]) ? motion_at(point - at.centres[number(pair[k])])

@@ -13,7 +13,12 @@ constexpr int friction_passes = 8;         // after so many accurate ones, drags
 constexpr int settling_passes = 4;         // drags stay in the last ones, a quarter of all at most
 constexpr double most_change_of_slip = 3;  // from one pass to the next
 constexpr double passed_by = 0.1;  // slope of the potential at the end of a pass, of that at its beginning
-constexpr double friction_share = 0.008;  // of mu times the normal impulse, by which friction may be off
+/// Of mu times the normal impulse, by which friction may be off: with springs, and with barriers.
+constexpr double friction_share = 0.008, barrier_friction_share = 5e-4;
+/// A barrier is far from its tangent at first. It takes as many passes as that needs, within reason.
+constexpr int barrier_passes = 100;
+/// Height over the floor at which a barrier is linearised at first, over that at which it becomes linear.
+constexpr double first_height = 2.5;
 
 }  // namespace
 
@@ -26,6 +31,9 @@ void ContactSolver::begin(std::span<const Contact> contacts, std::span<const Con
     each_contact_ = each_contact;
     thickness_ = thickness;
     dt_ = dt;
+    const bool has_barriers = std::ranges::any_of(contacts_, &Contact::has_barrier);
+    friction_share_ = has_barriers ? barrier_friction_share : friction_share;
+    most_passes_ = has_barriers ? std::max(config.iterations, barrier_passes) : config.iterations;
     terms_.clear();
     operators_.clear();
     for (std::size_t c = 0; c < contacts_.size(); ++c) {
@@ -36,16 +44,29 @@ void ContactSolver::begin(std::span<const Contact> contacts, std::span<const Con
     push_.resize(contacts_.size());
     start_ = v;
     step_impulses_.clear();
-    // At an impact, the damper's impulse at the velocities before it is many times that after it.
     linearise(v);
-    for (std::size_t c = 0; c < contacts_.size(); ++c) {
-        if (!presses(c)) continue;
-        const Eigen::Vector3d u = relative_velocity(c, v);
-        const ContactImpulse impulse = contact_impulse(contacts_[c], *config_, thickness_, dt_, u);
-        const double normal = std::clamp(impulse.spring, 0.0, impulse.normal);
-        set_operator(c, impulse,
-                     contacts_[c].friction * normal / std::max(drags_[c].slip, contacts_[c].full_slip(dt_)));
+    for (std::size_t c = 0; c < contacts_.size(); ++c) set_first_operator(c, v);
+}
+
+/// What a contact does at the velocities before the step may be many times what it does in the step: at an
+/// impact, a damper presses as much, and a barrier may lie behind the points.
+void ContactSolver::set_first_operator(std::size_t contact, const Eigen::VectorXd& v) {
+    const Contact& c = contacts_[contact];
+    Eigen::Vector3d u = relative_velocity(contact, v);
+    if (c.has_barrier()) {
+        const double least = c.barrier.floor + first_height * (c.barrier.linear_below - c.barrier.floor);
+        u += std::max(least - (c.gap + dt_ * c.normal.dot(u)), 0.0) / dt_ * c.normal;
     }
+    const ContactImpulse impulse = contact_impulse(c, *config_, thickness_, dt_, u);
+    if (!impulse.active()) {
+        operators_[contact].A.setZero();
+        push_[contact].setZero();
+        return;
+    }
+    const double normal =
+        c.has_barrier() ? impulse.normal : std::clamp(impulse.spring, 0.0, impulse.normal);
+    set_operator(contact, impulse,
+                 c.friction * normal / std::max(c.slip(u, dt_).norm(), c.full_slip(dt_)));
 }
 
 /// Numbers the pairs of bodies in contact; all obstacles count as one.
@@ -70,22 +91,38 @@ std::vector<RubbedContact> ContactSolver::rubbed(const Eigen::VectorXd& v) const
     std::vector<RubbedContact> rubbed;
     for (std::size_t c = 0; c < contacts_.size(); ++c) {
         if (!presses(c)) continue;
-        const Eigen::Vector3d u = relative_velocity(c, v);
-        rubbed.push_back({contacts_[c], dt_ * contacts_[c].along(u),
-                          contact_impulse(contacts_[c], *config_, thickness_, dt_, u).normal});
+        rubbed.push_back(
+            {contacts_[c], dt_ * contacts_[c].along(relative_velocity(c, v)), impulse(c, v).normal});
     }
     return rubbed;
 }
 
-double ContactSolver::potential(const Eigen::VectorXd& v, const Eigen::VectorXd& friction_at) const {
+ContactImpulse ContactSolver::impulse(std::size_t contact, const Eigen::VectorXd& v) const {
+    return contact_impulse(contacts_[contact], *config_, thickness_, dt_, relative_velocity(contact, v));
+}
+
+double ContactSolver::spring_potential(const Eigen::VectorXd& v) const {
     double sum = 0;
     for (std::size_t c = 0; c < contacts_.size(); ++c) {
-        const double normal =
-            contact_impulse(contacts_[c], *config_, thickness_, dt_, relative_velocity(c, friction_at))
-                .normal;
-        sum += contact_potential(contacts_[c], *config_, thickness_, dt_, normal, relative_velocity(c, v));
+        const ContactImpulse at = impulse(c, v);
+        if (at.active()) sum += at.normal * at.normal / (2 * at.slope);
     }
     return sum;
+}
+
+double ContactSolver::friction_potential(const Eigen::VectorXd& v, const Eigen::VectorXd& friction_at) const {
+    double sum = 0;
+    for (std::size_t c = 0; c < contacts_.size(); ++c)
+        sum += nbd::friction_potential(contacts_[c], dt_, impulse(c, friction_at).normal,
+                                       relative_velocity(c, v));
+    return sum;
+}
+
+Eigen::VectorXd ContactSolver::normal_impulses(const Eigen::VectorXd& v) const {
+    Eigen::VectorXd out = Eigen::VectorXd::Zero(v.size());
+    for (std::size_t c = 0; c < contacts_.size(); ++c)
+        terms_.add_impulse(c, impulse(c, v).normal * contacts_[c].normal, false, out);
+    return out;
 }
 
 Eigen::VectorXd ContactSolver::impulses(const Eigen::VectorXd& v) const { return impulses(v, true); }
@@ -125,14 +162,14 @@ std::vector<ContactSolver::Rub> ContactSolver::rubs_at(const Eigen::VectorXd& v,
     std::vector<double> pushing(pairs_.size(), 0.0), balanced(pairs_.size(), 0.0);  // N s
     std::vector<bool> pressed(pairs_.size(), false);
     for (std::size_t c = 0; c < contacts_.size(); ++c) {
-        const Eigen::Vector3d u = relative_velocity(c, v);
         Rub& rub = rubs[c];
-        rub.impulse = contact_impulse(contacts_[c], *config_, thickness_, dt_, u);
-        rub.slip = contacts_[c].slip(u, dt_);
+        rub.impulse = impulse(c, v);
+        rub.slip = contacts_[c].slip(relative_velocity(c, v), dt_);
         pushing[pair_of_[c]] += rub.impulse.normal;
         if (!solved || !presses(c)) continue;
         pressed[pair_of_[c]] = true;
-        balanced[pair_of_[c]] += rub.impulse.spring - rub.impulse.slope * contacts_[c].normal.dot(u);
+        balanced[pair_of_[c]] +=
+            contacts_[c].normal.dot(push_[c] - operators_[c].A * terms_.velocity(c, v));
     }
     for (std::size_t c = 0; c < contacts_.size(); ++c) {
         Rub& rub = rubs[c];
@@ -168,13 +205,14 @@ std::vector<bool> ContactSolver::wrong_pairs(const std::vector<Rub>& rubs) const
     for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {
         const double off = each_contact_ ? each_off_of[pair] : off_of[pair].norm();
         wrong[pair] = std::ranges::any_of(
-            pairs_[pair], [&](int body) { return body >= 0 && off > friction_share * most_of[body]; });
+            pairs_[pair], [&](int body) { return body >= 0 && off > friction_share_ * most_of[body]; });
     }
     return wrong;
 }
 
-/// solved: operators are of a solve that found v or led to it. Contacts that pressed in it keep theirs; those
-/// with a wrong drag get a new one if `renews` and the friction between their bodies is wrong. One that lets
+/// solved: operators are of a solve that found v or led to it. Springs that pressed in it keep theirs, and
+/// barriers get their tangent at v; those with a wrong drag get a new one if `renews` and the friction between
+/// their bodies is wrong. One that lets
 /// go for the second time presses without friction from then on, because its drag may be what pulls it away:
 /// it would let go and press in turn.
 void ContactSolver::linearise(const Eigen::VectorXd& v, bool solved, bool renews) {
@@ -192,8 +230,10 @@ void ContactSolver::linearise(const Eigen::VectorXd& v, bool solved, bool renews
         const double slip = rub.slip.norm();
         drags_[c].slip = slip;
         if (pressed &&
-            (!renews || !wrong[pair_of_[c]] || friction_off(c, rub).norm() <= friction_share * rub.most))
+            (!renews || !wrong[pair_of_[c]] || friction_off(c, rub).norm() <= friction_share_ * rub.most)) {
+            if (contacts_[c].has_barrier()) set_operator(c, rub.impulse, drags_[c].drag);
             continue;
+        }
         const double drag = next_drag(c, rub.most, slip);
         drags_before_[c] = drags_[c];
         set_operator(c, rub.impulse, drag);
@@ -294,7 +334,7 @@ ContactSolveReport ContactSolver::solve(std::span<const StepSystem> systems, Eig
     int renewed = 0;          // accurate passes after which drags were set anew
     bool went_back = false;   // whether v is not where the last pass led
     Eigen::VectorXd begin;
-    for (; report.passes < config_->iterations; ++report.passes) {
+    for (; report.passes < most_passes_; ++report.passes) {
         begin = v;
         const LinearSolveReport solved = is_measured ? linear_.solve(system, rhs_, goals, v)
                                                      : linear_.solve_roughly(system, rhs_, change_, goals, v);
@@ -306,14 +346,14 @@ ContactSolveReport ContactSolver::solve(std::span<const StepSystem> systems, Eig
             worst_share(linear_.norms().of(linear_.residual()), yielding_scales_) <= pass_share;
         change_.setZero(v.size());
         // After the last pass nothing would balance what lies between.
-        went_back = report.passes > 0 && report.passes + 1 < config_->iterations && go_back(begin, v);
+        went_back = report.passes > 0 && report.passes + 1 < most_passes_ && go_back(begin, v);
         measure_contacts(systems, v);
         solved_by_ = operators_;
         solved_push_ = push_;
         change_ -= impulses(v, false);
         const bool renews =
             renewed < friction_passes &&
-            report.passes < config_->iterations - std::min(settling_passes, config_->iterations / 4);
+            report.passes < most_passes_ - std::min(settling_passes, most_passes_ / 4);
         renewed += renews && is_accurate && !went_back;
         linearise(v, true, renews);
         change_ += impulses(v, false);
@@ -343,30 +383,38 @@ ContactSolveReport ContactSolver::solve(std::span<const StepSystem> systems, Eig
 /// not know and that press at its end shorten the way: without it, the passes of stiff bodies can let two
 /// sets of contacts press in turn. The friction of a pass counts as its drags say.
 bool ContactSolver::go_back(const Eigen::VectorXd& begin, Eigen::VectorXd& v) {
-    /// Where a contact does not do what its operator says: it presses though it did not, or pulls.
+    /// Where a contact does not do what its operator says: it presses harder, though it did not, or pulls.
     struct Flip {
-        double at_begin, change;  // of the impulse that the operator lacks, N s
-        double closing;           // by which the points move towards each other, m/s
+        std::size_t contact;
+        Eigen::Vector3d u, way;          // relative velocity at the begin, and its change, m/s
+        double operator_begin, closing;  // normal impulse of the operator at the begin, N s; m/s
+        double operator_change;          // of that impulse
     };
     const Eigen::VectorXd way = v - begin;
     std::vector<Flip> flips;
+    const auto lacks = [&](const Flip& flip, double share) {  // N s, of the operator
+        const Eigen::Vector3d u = flip.u + share * flip.way;
+        return contact_impulse(contacts_[flip.contact], *config_, thickness_, dt_, u).normal -
+               (flip.operator_begin + share * flip.operator_change);
+    };
     for (std::size_t c = 0; c < contacts_.size(); ++c) {
         const Eigen::Vector3d& n = contacts_[c].normal;
-        const Eigen::Vector3d u = relative_velocity(c, begin);
-        const ContactImpulse impulse = contact_impulse(contacts_[c], *config_, thickness_, dt_, u);
-        const double closing = -n.dot(terms_.velocity(c, way)), sign = presses(c) ? -1 : 1;
-        const Flip flip{sign * (impulse.spring - impulse.slope * n.dot(u)), sign * impulse.slope * closing,
-                        closing};
-        if (flip.at_begin + flip.change > 0) flips.push_back(flip);
+        const Eigen::Vector3d w = terms_.velocity(c, begin), dw = terms_.velocity(c, way);
+        const Flip flip{.contact = c,
+                        .u = w - contacts_[c].wall_velocity,
+                        .way = dw,
+                        .operator_begin = n.dot(push_[c] - operators_[c].A * w),
+                        .closing = -n.dot(dw),
+                        .operator_change = -n.dot(operators_[c].A * dw)};
+        if (lacks(flip, 1) > 0 || lacks(flip, 0) > 0) flips.push_back(flip);
     }
     const double first = left_.dot(way), last = linear_.residual().dot(way);
     const auto descent = [&](double share) {
         double sum = (1 - share) * first + share * last;
-        for (const Flip& flip : flips)
-            sum -= std::max(flip.at_begin + share * flip.change, 0.0) * flip.closing;
+        for (const Flip& flip : flips) sum -= lacks(flip, share) * flip.closing;
         return sum;
     };
-    if (first <= 0 || descent(1) >= -passed_by * first) return false;
+    if (first <= 0 || descent(0) <= 0 || descent(1) >= -passed_by * first) return false;
     double least = 0, most = 1;
     for (int i = 0; i < 30; ++i) {
         const double middle = (least + most) / 2;

@@ -33,7 +33,7 @@ struct ContactSolveReport {
 ///
 /// J maps velocities to the relative velocity of a contact's points, so forces are equal and opposite. The
 /// linear solve (see CoupledSolver) is repeated from its last solution to settle which contacts press and
-/// slip, until the residual with the updated contacts is small enough. Each solve is only as accurate as
+/// slip, and how hard barriers press, until the residual with the updated contacts is small enough. Each solve is only as accurate as
 /// needed, and taken as far only as it lowers the potential of what presses. Friction is a drag, which is
 /// constant in a solve and then set anew, after eight accurate passes at most, where the friction between two
 /// bodies does not fit their normal forces to a hundredth. Residuals are judged body by body, see scales():
@@ -83,7 +83,7 @@ class ContactSolver {
         Eigen::VectorXd impulses;          // of the contacts on the nodes, N s, stacked like v
     };
     /// v: the solution of the step. impulses: [bodies]. inertia: [bodies], with what of the damping resists;
-    /// none of a body that something holds. at: positions at the start of the step. Contacts resist as they
+    /// none of a body that something holds. at: positions at the end of the step. Contacts resist as they
     /// were last linearised, also where they would let go or begin to slip.
     RigidResponse response(const Eigen::VectorXd& v, std::span<const RigidVector> impulses,
                            std::span<const std::optional<RigidMatrix>> inertia,
@@ -92,13 +92,20 @@ class ContactSolver {
     /// The contacts that press, at velocities v at the end of the step. They refer to those of begin().
     std::vector<RubbedContact> rubbed(const Eigen::VectorXd& v) const;
 
-    /// Potential of all contacts at velocities v, joules, with the friction strength of `friction_at`; see
-    /// contact_potential().
-    double potential(const Eigen::VectorXd& v, const Eigen::VectorXd& friction_at) const;
+    /// Potential of contacts without a barrier at velocities v, joules, without friction.
+    double spring_potential(const Eigen::VectorXd& v) const;
+    /// That of friction, for the normal impulses that contacts have at `friction_at`.
+    double friction_potential(const Eigen::VectorXd& v, const Eigen::VectorXd& friction_at) const;
+
+    /// Normal impulses of the contacts on the nodes over the step at v, not linearised. Newton seconds,
+    /// stacked like v; nodes with prescribed velocity get none.
+    Eigen::VectorXd normal_impulses(const Eigen::VectorXd& v) const;
 
  private:
     Eigen::Vector3d relative_velocity(std::size_t contact, const Eigen::VectorXd& v) const;
+    ContactImpulse impulse(std::size_t contact, const Eigen::VectorXd& v) const;
     void number_pairs();
+    void set_first_operator(std::size_t contact, const Eigen::VectorXd& v);
     /// A contact at some velocities.
     struct Rub {
         ContactImpulse impulse;
@@ -126,6 +133,8 @@ class ContactSolver {
     std::span<const int> first_unknown_;
     const ContactConfig* config_ = nullptr;
     double thickness_ = 0, dt_ = 0;
+    double friction_share_ = 0;  // by which friction may be off
+    int most_passes_ = 0;
     bool each_contact_ = false;
     std::vector<std::array<int, 2>> pairs_;  // bodies of contacts, the larger first; -1: the obstacles
     std::vector<std::size_t> pair_of_;       // [contacts]

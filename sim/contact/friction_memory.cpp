@@ -14,9 +14,13 @@ struct Name {
 /// The vertices that carry a point, at most three, ascending; -1 for none.
 struct Carriers {
     explicit Carriers(const SurfacePoint& point) {
-        for (std::size_t k = 0; k < static_cast<std::size_t>(point.count); ++k)
-            if (point.weights[k] != 0) vertices[count++] = point.vertices[k];
-        std::sort(vertices.begin(), vertices.begin() + static_cast<std::ptrdiff_t>(count));
+        for (std::size_t k = 0; k < static_cast<std::size_t>(point.count); ++k) {
+            if (point.weights[k] == 0) continue;
+            std::size_t place = count++;
+            for (; place > 0 && vertices[place - 1] > point.vertices[k]; --place)
+                vertices[place] = vertices[place - 1];
+            vertices[place] = point.vertices[k];
+        }
     }
     std::size_t count = 0;
     std::array<int, 3> vertices{-1, -1, -1};

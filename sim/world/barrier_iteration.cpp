@@ -14,16 +14,11 @@
 namespace nbd {
 namespace {
 
-constexpr int max_linearisations = 100;  // unless the step's config allows several itself
-/// Far from balance, normal forces are many times what they will be. Friction keeps those that it had until
-/// impulses are out of balance by this share at most, and after so many linearisations for good, so that the
-/// iteration has an end.
-constexpr double near_balance = 0.1;
-constexpr int friction_updates = 20;
+constexpr int max_linearisations = 30;      // unless the step's config allows several itself
+constexpr double contact_share = 0.1;       // of a body's impulses, by which those of contacts may be off
 constexpr int max_halvings = 40;            // of a Newton step, until the potential falls
 constexpr double rounding = 1e-13;          // relative, of potentials
 constexpr double least_progress = 1e-9;     // share of a Newton step that counts as motion
-constexpr double rounding_of_sums = 1e-13;  // relative, of the momentum of bodies
 
 constexpr const char* way_to_start = "; `resolve_start` moves bodies apart";
 
@@ -70,146 +65,40 @@ void World::check_start() {
     start_is_checked_ = true;
 }
 
-/// Where the iteration starts: as the body went before, or with the loads of the step in it. Which of both is
-/// nearer to how its velocities changed in the last step tells: a body that rests has not felt its weight.
-Nodes World::start_apart(const Body& body, double dt) const {
-    const Nodes& v = body.state.v;
-    Nodes change = Nodes::Zero(v.rows(), 3);
-    if (body.forces.size() > 0)
-        change = body.elastic->node_masses().cwiseInverse().asDiagonal() * body.forces;
-    change.rowwise() += config_.gravity.transpose();
-    if (body.velocities_before.size() > 0) {
-        const Nodes last = (v - body.velocities_before) / dt_before_;
-        const auto squared = [&](const Nodes& a) {
-            return body.elastic->node_masses().dot(a.rowwise().squaredNorm());
-        };
-        if (squared(last) < squared(last - change)) return v;
+/// Contacts of the iterate v, after a share of the motion proposed last, with the gaps that linear motion from
+/// the start of the step would have. progress: how far obstacles have come.
+std::vector<Contact> World::contacts_at(double dt, const Eigen::VectorXd& v, double share, double progress,
+                                        std::span<const ContactSurface* const> surfaces) {
+    std::vector<Contact> contacts = barrier().contacts(share);
+    ContactTerms terms;
+    for (std::size_t c = 0; c < contacts.size(); ++c) {
+        Contact& contact = contacts[c];
+        terms.add(contact, surfaces, first_unknown_);
+        contact.gap -= dt * contact.normal.dot(terms.velocity(c, v) - progress * contact.wall_velocity);
+        friction_memory_.recall(contact, slip_length(dt));
     }
-    return v + dt * change;
+    return contacts;
 }
 
-/// BarrierSolver::clusters() of bodies of which nothing is held; -1 for others.
-std::vector<int> World::free_clusters() const {
-    std::vector<int> clusters = barrier_solver_.clusters();
-    for (std::size_t b = 0; b < bodies_.size(); ++b)
-        if (std::ranges::any_of(systems_[b].prescribed(), [](char held) { return held != 0; })) {
-            const int held = clusters[b];  // a copy: its place changes on the way
-            std::ranges::replace(clusters, held, -1);
-        }
-    return clusters;
+/// By how much contacts at v, the end of the motion proposed last, press otherwise than was solved for, as a
+/// share of the impulses on a body.
+double World::contact_error(double dt, const Eigen::VectorXd& v,
+                            std::span<const ContactSurface* const> surfaces) {
+    const std::vector<Contact> contacts = barrier().contacts(1);
+    ContactTerms terms;
+    for (const Contact& contact : contacts) terms.add(contact, surfaces, first_unknown_);
+    terms.hold(systems_);
+    Eigen::VectorXd error = -solver_.normal_impulses(v);
+    for (std::size_t c = 0; c < contacts.size(); ++c) {
+        const Contact& contact = contacts[c];
+        terms.add_impulse(c, -dt * contact.barrier.at(contact.gap).slope * contact.normal, false, error);
+    }
+    return solver_.share_of_scales(error, Eigen::VectorXd::Zero(v.size()));
 }
 
-/// For each body the centre of mass of the bodies that it meets, or its own where something holds one.
-std::vector<Eigen::Vector3d> World::cluster_centres(const std::vector<Eigen::Vector3d>& centres) const {
-    const std::vector<int> clusters = free_clusters();
-    std::vector<Eigen::Vector3d> result = centres, sums(bodies_.size(), Eigen::Vector3d::Zero());
-    std::vector<double> mass(bodies_.size(), 0);
-    for (std::size_t b = 0; b < bodies_.size(); ++b) {
-        if (clusters[b] < 0) continue;
-        const std::size_t first = clusters[b];
-        sums[first] += bodies_[b].elastic->mass() * (centres[b] - centres[first]);
-        mass[first] += bodies_[b].elastic->mass();
-    }
-    for (std::size_t b = 0; b < bodies_.size(); ++b) {
-        if (clusters[b] < 0) continue;
-        const std::size_t first = clusters[b];
-        result[b] = centres[first] + sums[first] / mass[first];
-    }
-    return result;
-}
-
-/// For each body the velocity that brings the bodies that it holds together with (see
-/// BarrierSolver::clusters()) into balance as a whole. Forces among these sum to zero whatever v is, so that
-/// this is exact; and it changes no distance among them. Zero where something is held, or an obstacle met.
-std::vector<Eigen::Vector3d> World::missing_velocities(double dt, const Eigen::VectorXd& v) const {
-    const std::vector<int> clusters = free_clusters();
-    std::vector<Eigen::Vector3d> missing(bodies_.size(), Eigen::Vector3d::Zero());
-    std::vector<double> mass(bodies_.size(), 0);
-    for (std::size_t b = 0; b < bodies_.size(); ++b) {
-        if (clusters[b] < 0) continue;
-        const Body& body = bodies_[b];
-        const double damped = 1 + dt * body.elastic->material().rayleigh_mass;
-        const Nodes change = damped * body_part(b, v) - body.state.v;
-        const std::size_t first = clusters[b];
-        missing[first] +=
-            dt * (body.elastic->mass() * config_.gravity + body.forces.colwise().sum().transpose()) -
-            change.transpose() * body.elastic->node_masses();
-        mass[first] += damped * body.elastic->mass();
-    }
-    for (std::size_t b = bodies_.size(); b-- > 0;) {  // the first of a cluster is the last to change
-        if (clusters[b] < 0) continue;
-        const std::size_t first = clusters[b];
-        missing[b] = missing[first] / mass[first];
-    }
-    return missing;
-}
-
-/// Adds to v what missing_velocities() finds. Returns the largest of these relative to the velocities.
-double World::add_missing_velocities(double dt, Eigen::VectorXd& v) const {
-    const std::vector<Eigen::Vector3d> missing = missing_velocities(dt, v);
-    double largest = 0;
-    for (int b = 0; b < body_count(); ++b) {
-        const Eigen::Vector3d& by = missing[b];
-        Eigen::Map<Nodes> part(v.data() + first_unknown_[b], at(b).state.v.rows(), 3);
-        part.rowwise() += by.transpose();
-        if (!by.isZero(0)) largest = std::max(largest, by.norm() / part.rowwise().norm().maxCoeff());
-    }
-    return largest;
-}
-
-/// How far a body is from balance at v, the iterate that was linearised: the residual relative to the
-/// impulses that act on its free nodes in the step, of loads and drag (damping by mass), elasticity and
-/// contacts, all in the norm of the inverse mass; 0 if rounding alone may leave as much.
-double World::imbalance(int b, double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& contact_impulses,
-                        const Eigen::VectorXd& rounding) const {
-    const Body& body = at(b);
-    const StepSystem& system = systems_[b];
-    const Eigen::VectorXd& masses = body.elastic->node_masses();
-    const Nodes residual = body_part(b, barrier_solver_.residual()), contact = body_part(b, contact_impulses);
-    const Nodes v_of_body = body_part(b, v);
-    const Nodes inertia = masses.asDiagonal() * (v_of_body - body.state.v),
-                drag = masses.asDiagonal() * (dt * body.elastic->material().rayleigh_mass * v_of_body);
-    const double size =
-        std::max(body.state.x.cwiseAbs().maxCoeff(), (body.state.x + dt * v_of_body).cwiseAbs().maxCoeff());
-    double missing = 0, of_loads = 0, of_elasticity = 0, of_contacts = 0, noise = 0;  // squared norms
-    for (int i = 0; i < std::ssize(masses); ++i) {
-        if (system.is_prescribed(i)) continue;
-        const Eigen::RowVector3d load =
-            dt * (masses[i] * config_.gravity.transpose() + body.forces.row(i)) - drag.row(i);
-        const Eigen::RowVector3d elastic = residual.row(i) + inertia.row(i) - load - contact.row(i);
-        missing += residual.row(i).squaredNorm() / masses[i];
-        of_loads += load.squaredNorm() / masses[i];
-        of_elasticity += elastic.squaredNorm() / masses[i];
-        of_contacts += contact.row(i).squaredNorm() / masses[i];
-        const double rounded = size * rounding[first_unknown_[b] / 3 + i];
-        noise += rounded * rounded / masses[i];
-    }
-    if (missing <= noise) return 0;
-    return std::sqrt(missing) / (std::sqrt(of_loads) + std::sqrt(of_elasticity) + std::sqrt(of_contacts));
-}
-
-/// That of the body that is farthest from balance at v.
-World::Imbalance World::worst_imbalance(double dt, const Eigen::VectorXd& v) const {
-    const Eigen::VectorXd contact = barrier_solver_.impulses(v), rounding = barrier_solver_.rounding();
-    Imbalance worst;
-    for (int b = 0; b < body_count(); ++b)
-        if (const double share = imbalance(b, dt, v, contact, rounding); share > worst.share)
-            worst = {share, b};
-    return worst;
-}
-
-/// The contacts that rub, with their normal forces, and what friction remembers of them.
-std::vector<FrictionContact> World::rubbing(std::span<const BarrierContact> contacts, double dt) const {
-    std::vector<FrictionContact> rubbing;
-    for (const BarrierContact& c : contacts) {
-        if (c.turns || !(c.contact.friction > 0)) continue;
-        rubbing.push_back({c.contact, -dt * c.slope});
-        friction_memory_.recall(rubbing.back().contact, slip_length(dt));
-    }
-    return rubbing;
-}
-
-/// v: out, the velocities at the end of the part. Every iterate is free of intersections.
+/// A step with contacts linearised at its start, as in solve(). Where they lead nowhere near an intersection
+/// and press at the end as was solved for, it is done. If not, it goes as far as nothing collides, and is
+/// linearised there. v: out, the velocities at the end of the part.
 World::Rejection World::solve_apart(const StepPart& part, Eigen::VectorXd& v, WorldReport& report) {
     const double dt = part.dt;
     std::vector<const ContactSurface*> surfaces;
@@ -218,82 +107,61 @@ World::Rejection World::solve_apart(const StepPart& part, Eigen::VectorXd& v, Wo
         surfaces.push_back(&body.surface);
         given.push_back(prescribed(body, dt));
     }
+    const bool is_newton = config_.step.newton_iterations > 1;
+    const int most = is_newton ? config_.step.newton_iterations : max_linearisations;
     barrier().begin_step(time_, dt);
-    Eigen::VectorXd to(first_unknown_.back());
-    for (std::size_t b = 0; b < bodies_.size(); ++b) {
-        Eigen::Map<Nodes> start(to.data() + first_unknown_[b], bodies_[b].state.v.rows(), 3);
-        start = start_apart(bodies_[b], dt);
-        start(given[b].nodes, Eigen::all) = given[b].v;
-    }
+    Eigen::VectorXd to = stacked(&World::likely_velocities, given),
+                    linearised_at = stacked(&World::first_iterate, given);
     v.setZero(first_unknown_.back());
     // How far grips and obstacles have come.
     double progress = barrier().obstacles_move() || std::ranges::any_of(given, moves) ? 0 : 1;
-    double share = propose(dt, v, to, progress, report), moved = 0;
-    progress = std::max(progress, share);
-    barrier_solver_.begin_step(std::move(surfaces), first_unknown_, dt);
-    const std::vector<BarrierContact> first = barrier().contacts(0);
-    barrier_solver_.set_contacts(first, rubbing(first, dt));
-    v = share * to;
-    const int most = config_.step.newton_iterations > 1 ? config_.step.newton_iterations : max_linearisations;
-    Rejection rejection;
+    propose(dt, v, to, progress, report);
+    double share = 0, moved = 0, error = 0;
     for (int k = 0;; ++k) {
         stop_if_asked();
-        timed(report.assemble_us, [&] { build_systems(given, &v); });
-        std::vector<BarrierContact> contacts = barrier().contacts(share);
-        barrier_solver_.set_contacts(contacts);
-        report.contacts = barrier_solver_.contact_count();
-        to = v;
-        barrier_solver_.linearise(systems_, 1 - progress, false, to);
-        Imbalance worst;
-        if (progress == 1) {
-            worst = worst_imbalance(dt, v);
-            if (worst.share <= near_balance && k < friction_updates) {
-                std::vector<FrictionContact> friction = rubbing(contacts, dt);
-                barrier_solver_.set_contacts(std::move(contacts), std::move(friction));
-                to = v;
-                barrier_solver_.linearise(systems_, 0, true, to);
-                worst = worst_imbalance(dt, v);
-            }
-            if (worst.share == 0 || (k > 0 && worst.share <= config_.step.newton_tolerance)) break;
+        timed(report.detect_us, [&] { contacts_ = contacts_at(dt, v, share, progress, surfaces); });
+        timed(report.solve_us, [&] {
+            solver_.begin(contacts_, surfaces, first_unknown_, config_.contact, thickness(), dt,
+                          linearised_at, is_newton);
+        });
+        if (is_newton && k > 0 && progress == 1) {
+            error = residual(v);
+            if (error <= config_.step.newton_tolerance) return {};
         }
-        if (k == most || (k > 0 && share < least_progress)) {
-            if (progress < 1)
-                return {.reason = fmt::format("grips and obstacles cannot go {:.2g} of their way "
-                                              "without an intersection",
-                                              1 - progress),
-                        .fatal = true};
-            if (moved < least_progress) return {.reason = "the step finds no progress", .fatal = true};
-            rejection = {
-                .reason = fmt::format("Newton's iteration ends with impulses on body {} out of balance by "
-                                      "{:.2g} of theirs, allowed: {:.2g}",
-                                      worst.body, worst.share, config_.step.newton_tolerance),
-                .trouble = StepTrouble::newton};
-            break;
-        }
-        const LinearSolveReport solved = timed(report.solve_us, [&] { return barrier_solver_.solve(to); });
+        if (k == most || (k > 0 && share < least_progress)) break;
+        timed(report.assemble_us, [&] { build_systems(given, k > 0 ? &v : nullptr); });
+        const ContactSolveReport solved = timed(report.solve_us, [&] { return solver_.solve(systems_, to); });
         if (!solved.fallback.empty())
             report.fallback = fmt::format("at {:.6g} s: {}", time_ + dt, solved.fallback);
+        report.contacts = solved.active;
         report.solver_converged = report.solver_converged && solved.converged;
+        report.contacts_settled = solved.settled;
         ++report.newton_iterations;
-        report.solver_iterations += solved.iterations;
-        add_missing_velocities(dt, to);
-        const double free = propose(dt, v, to, progress, report);
-        share = progress < 1 ? free : search_apart(dt, v, to, free);
+        report.solver_iterations += solved.linear_iterations;
+        share = propose(dt, v, to, progress, report);
+        if (share == 1 && !is_newton) {
+            error = timed(report.detect_us, [&] { return contact_error(dt, to, surfaces); });
+            if (solved.settled && error <= contact_share) {
+                v = to;
+                return {};
+            }
+        }
+        if (k > 0 && progress == 1) share = search_apart(dt, v, to, share);
         v += share * (to - v);
+        to = linearised_at = v;
         progress = share == 1 ? 1 : progress + share * (1 - progress);
         moved = std::max(moved, share);
     }
-    keep_momentum(dt, v, report);
-    return rejection;
-}
-
-/// Brings free bodies into balance as a whole where no step of the iteration went its full way.
-void World::keep_momentum(double dt, Eigen::VectorXd& v, WorldReport& report) {
-    Eigen::VectorXd to = v;
-    if (add_missing_velocities(dt, to) <= rounding_of_sums) return;
-    if (propose(dt, v, to, 1, report) < 1) return;
-    v = to;
-    barrier_solver_.set_contacts(barrier().contacts(1));
+    if (progress < 1)
+        return {.reason = fmt::format("grips and obstacles cannot go {:.2g} of their way "
+                                      "without an intersection",
+                                      1 - progress),
+                .fatal = true};
+    if (moved < least_progress) return {.reason = "the step finds no progress", .fatal = true};
+    return {.reason = fmt::format("Newton's iteration ends with impulses out of balance by {:.2g} of those on "
+                                  "a body, allowed: {:.2g}",
+                                  error, is_newton ? config_.step.newton_tolerance : contact_share),
+            .trouble = StepTrouble::newton};
 }
 
 /// The share of the motion from v to `to` that is free of collisions.
@@ -311,7 +179,7 @@ double World::propose(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd
 double World::search_apart(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to, double share) {
     const auto potentials = [&](double s) {  // of the barrier, friction and each body
         const Eigen::VectorXd at_s = v + s * (to - v);
-        std::vector<double> terms{barrier().energy(s), barrier_solver_.friction_potential(at_s)};
+        std::vector<double> terms{barrier().energy(s), solver_.friction_potential(at_s, to)};
         for (int b = 0; b < body_count() && std::isfinite(terms.front()); ++b) {
             const Loads outer = loads(at(b));
             terms.push_back(StepPotential(*at(b).elastic, start_of(at(b)), dt, outer, systems_[b].elements())

@@ -119,7 +119,7 @@ void World::search_line(const Eigen::VectorXd& from, Eigen::VectorXd& to) {
     constexpr int max_halvings = 6;
     const Eigen::VectorXd friction_at = to;
     const auto potential = [&](const Eigen::VectorXd& v) {
-        double sum = solver_.potential(v, friction_at);
+        double sum = solver_.spring_potential(v) + solver_.friction_potential(v, friction_at);
         for (int b = 0; b < body_count(); ++b) {
             const Loads outer = loads(at(b));
             sum += StepPotential(*at(b).elastic, start_of(at(b)), at(b).start.step, outer,

@@ -96,11 +96,11 @@ std::vector<Contact> World::too_near() {
     if (!config_.contact.intersection_free) return {};
     std::map<std::pair<int, int>, Contact> nearest;
     barrier().move(nodes_now(), nodes_now(), 0);
-    for (const BarrierContact& c : barrier().contacts(0)) {
-        const int a = c.contact.a.body, b = c.contact.b.body;
-        if (c.turns || b < 0 || a == b || c.contact.gap > 2 * barrier().floor()) continue;
-        const auto [known, is_new] = nearest.try_emplace(std::minmax(a, b), c.contact);
-        if (!is_new && c.contact.gap < known->second.gap) known->second = c.contact;
+    for (const Contact& contact : barrier().contacts(0)) {
+        const int a = contact.a.body, b = contact.b.body;
+        if (b < 0 || a == b || contact.gap > 2 * barrier().floor()) continue;
+        const auto [known, is_new] = nearest.try_emplace(std::minmax(a, b), contact);
+        if (!is_new && contact.gap < known->second.gap) known->second = contact;
     }
     std::vector<Contact> contacts;
     for (const auto& [bodies, contact] : nearest) contacts.push_back(contact);

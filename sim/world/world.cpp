@@ -38,8 +38,7 @@ double surface_young(const ElasticBody& elastic, const Embedding& W) {
 
 World::World(const WorldConfig& config)
     : config_(config),
-      solver_(linear_config(config), config.hierarchies),
-      barrier_solver_(config.linear, config.hierarchies) {
+      solver_(linear_config(config), config.hierarchies) {
     check_contact_config(config.contact);
     if (!config.gravity.allFinite()) throw std::invalid_argument("world: gravity is not finite");
     if (!(config.limits.inverted_share >= 0) || !(config.limits.stretch > 1))

@@ -10,7 +10,6 @@
 
 #include "collision/query/pair_query.hpp"
 #include "sim/barrier/barrier.hpp"
-#include "sim/barrier/barrier_solver.hpp"
 #include "sim/contact/contact_detection.hpp"
 #include "sim/contact/contact_sides.hpp"
 #include "sim/contact/contact_solver.hpp"
@@ -37,7 +36,8 @@ enum class TimeIntegrator {
 struct StepConfig {
     TimeIntegrator integrator = TimeIntegrator::backward_euler;
     Tangent tangent = Tangent::rotated;
-    // Maximum number of linearisations; above 1 with line search; 1 stands for 100 without intersections.
+    // Maximum number of linearisations; above 1 with line search, until newton_tolerance is met. 1: one; without
+    // intersections, as many as contacts need.
     int newton_iterations = 1;
     // Newton stops at this residual impulse of every body, relative to its impulses of loads, elasticity and
     // contacts in the step, in the norm of the inverse masses, see ContactSolver::scales().
@@ -273,24 +273,13 @@ class World {
     // barrier_iteration.cpp
     Barrier& barrier();
     std::vector<Nodes> nodes_now() const;
-    /// Of a body, as a share of its impulses.
-    struct Imbalance {
-        double share = 0;
-        int body = 0;
-    };
-    Imbalance worst_imbalance(double dt, const Eigen::VectorXd& v) const;
-    std::vector<FrictionContact> rubbing(std::span<const BarrierContact> contacts, double dt) const;
+    std::vector<Contact> contacts_at(double dt, const Eigen::VectorXd& v, double share, double progress,
+                                     std::span<const ContactSurface* const> surfaces);
+    double contact_error(double dt, const Eigen::VectorXd& v,
+                         std::span<const ContactSurface* const> surfaces);
     Rejection solve_apart(const StepPart& part, Eigen::VectorXd& v, WorldReport& report);
     double propose(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress,
                    WorldReport& report);
-    Nodes start_apart(const Body& body, double dt) const;
-    std::vector<int> free_clusters() const;
-    std::vector<Eigen::Vector3d> cluster_centres(const std::vector<Eigen::Vector3d>& centres) const;
-    std::vector<Eigen::Vector3d> missing_velocities(double dt, const Eigen::VectorXd& v) const;
-    double add_missing_velocities(double dt, Eigen::VectorXd& v) const;
-    double imbalance(int b, double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& contact_impulses,
-                     const Eigen::VectorXd& rounding) const;
-    void keep_momentum(double dt, Eigen::VectorXd& v, WorldReport& report);
     double search_apart(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to, double share);
     std::string end_intersections(double dt, const Eigen::VectorXd& v, WorldReport& report);
 
@@ -306,7 +295,6 @@ class World {
     ContactSolver solver_;
     std::unique_ptr<Barrier> barrier_;  // null: not asked for yet
     bool start_is_checked_ = false;
-    BarrierSolver barrier_solver_;
     double time_ = 0;
     double dt_before_ = 0;       // length of the part that led to the current state; 0: none
     double detected_dt_ = 0;     // detection_ holds the contacts of a step of this length from here; 0: none

@@ -165,11 +165,9 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
         if (!failure.empty()) return failure;
         body.energy = elements.energy;
     }
-    const bool apart = config_.contact.intersection_free;
-    Eigen::VectorXd impulses = apart ? barrier_solver_.impulses(v) : solver_.impulses(v);
+    Eigen::VectorXd impulses = solver_.impulses(v);
     const std::vector<Momentum> of_contacts =
-        apart ? barrier_solver_.momenta(v, starts) : solver_.momenta(v, starts);
-    const std::vector<Eigen::Vector3d> common = apart ? cluster_centres(starts.centres) : starts.centres;
+        solver_.momenta(v, starts);
     std::vector<RigidVector> missing;  // impulses
     std::vector<std::optional<RigidMatrix>> inertia;
     for (int b = 0; b < body_count(); ++b) {
@@ -178,13 +176,6 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
         Momentum momentum = end_momentum(body, ends[index], of_contacts[index]);
         advance(body, body_part(b, v));
         const Momentum solved = momentum_of(*body.elastic, body.state);
-        if (apart) {
-            // The barrier's iteration balances the bodies that meet as a whole. By what it leaves of the
-            // impulses between them, these act on each other in a common point.
-            momentum.angular +=
-                (common[index] - starts.centres[index]).cross(solved.linear - momentum.linear);
-            momentum.linear = solved.linear;
-        }
         // Damping by mass takes its share of an impulse, too.
         const auto [dt, factor] = body.start.step;
         const double lasting = factor + dt * body.elastic->material().rayleigh_mass;
@@ -195,8 +186,10 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
     }
     if (is_solved) {
         // Where a step is long for contacts, momentum that is given without them would grow from step to
-        // step. Without intersections solver_ has none, and bodies move as free ones.
-        const ContactSolver::RigidResponse response = solver_.response(v, missing, inertia, starts);
+        // step.
+        BodyPositions now{.x = nodes_now(), .centres = {}};
+        for (const Body& body : bodies_) now.centres.push_back(centre_of_mass(*body.elastic, body.state.x));
+        const ContactSolver::RigidResponse response = solver_.response(v, missing, inertia, now);
         impulses += response.impulses;
         for (int b = 0; b < body_count(); ++b) add_motion(*at(b).elastic, response.motions[b], at(b).state);
     }
@@ -238,7 +231,7 @@ World::Rejection World::try_part(const StepPart& part, WorldReport& report) {
                 return {.reason = "the step would end where " + hit, .fatal = true};
         if (std::string failure = move(part, v, is_solved, report); !failure.empty())
             return {.reason = failure, .fatal = true};
-        friction_memory_.remember(apart ? barrier_solver_.rubbed(v) : solver_.rubbed(v));
+        friction_memory_.remember(solver_.rubbed(v));
     } catch (const std::runtime_error& error) {
         return {.reason = error.what(), .fatal = true};
     }
