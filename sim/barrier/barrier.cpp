@@ -134,12 +134,16 @@ void Barrier::place(std::span<const Nodes> begin, std::span<const Nodes> end, do
     }
 }
 
-double Barrier::move(std::span<const Nodes> begin, std::span<const Nodes> end, double progress) {
+void Barrier::look(std::span<const Nodes> begin, std::span<const Nodes> end, double progress) {
     costs_ = {};
     timed(costs_.update_us, [&] { place(begin, end, progress); });
     near_ = search_.find(surfaces_, reach_);
     costs_.add(search_.costs());
     find_near_smooth();
+}
+
+double Barrier::move(std::span<const Nodes> begin, std::span<const Nodes> end, double progress) {
+    look(begin, end, progress);
     limits_.resize(feature_pairs());
     for_each_near([&](const auto& near, std::size_t i) { limits_[i] = limit(near); });
     double least = 1;
@@ -347,13 +351,27 @@ Eigen::Vector3d Barrier::motion(const SurfacePoint& point, int obstacle) const {
     return sum;
 }
 
+/// The largest motion of a corner of one of two features relative to a corner of the other.
+double Barrier::relative_motion(const FeaturePair& pair) const {
+    const auto at = corners(pair, surfaces_);
+    std::array<Eigen::Vector3d, 4> motion;
+    for (std::size_t k = 0; k < 4; ++k) {
+        const MovingSurface& s = surfaces_[at[k].surface];
+        motion[k] = s.end().row(at[k].vertex) - s.begin().row(at[k].vertex);
+    }
+    const std::size_t of_a = corners_of_a(pair.kind);
+    double most = 0;
+    for (std::size_t a = 0; a < of_a; ++a)
+        for (std::size_t b = of_a; b < 4; ++b) most = std::max(most, (motion[a] - motion[b]).squaredNorm());
+    return std::sqrt(most);
+}
+
 std::vector<Contact> Barrier::contacts(double share) {
     measure(share);
     std::vector<Contact> result;
     const auto add = [&](const auto& near, double distance, double reach, double weight) {
         Contact c = contact(near, share);
-        const double nearer =
-            (1 - share) * c.normal.dot(motion(c.b, c.obstacle) - motion(c.a, c.obstacle));
+        const double nearer = (1 - share) * c.normal.dot(motion(c.b, c.obstacle) - motion(c.a, c.obstacle));
         if (!(distance - nearer < reach) && !(distance < 2 * reach)) return;
         c.barrier = law(near);
         c.barrier.stiffness *= weight;
@@ -361,8 +379,13 @@ std::vector<Contact> Barrier::contacts(double share) {
             c.barrier.floor + left_share * room_at(distance, c.barrier.floor, c.barrier.reach);
         result.push_back(c);
     };
-    for (std::size_t i = 0; i < near_.size(); ++i)
-        if (const double w = weight(near_[i], share); w > 0) add(near_[i], distances_[i], near_[i].reach, w);
+    for (std::size_t i = 0; i < near_.size(); ++i) {
+        const double reach = near_[i].reach;
+        if (!(distances_[i] < 2 * reach) &&
+            (share == 1 || !(distances_[i] - (1 - share) * relative_motion(near_[i].pair) < reach)))
+            continue;
+        if (const double w = weight(near_[i], share); w > 0) add(near_[i], distances_[i], reach, w);
+    }
     for (std::size_t i = 0; i < near_smooth_.size(); ++i)
         add(near_smooth_[i], distances_[near_.size() + i], reach_, 1);
     return merged(std::move(result));

@@ -41,8 +41,11 @@ class Barrier {
     bool obstacles_move() const;
 
     /// Proposes a motion: of the nodes of each body, [N, 3], and of the obstacles from a share of the step,
-    /// `progress`, to its end. Returns a share in [0, 1] of this motion up to which nothing collides and
-    /// distances shrink to a fifth at most; 1 if all of it is free. At its begin, surfaces must be apart.
+    /// `progress`, to its end. Finds what comes near in it.
+    void look(std::span<const Nodes> begin, std::span<const Nodes> end, double progress);
+
+    /// The same. Returns a share in [0, 1] of this motion up to which nothing collides and the distances of
+    /// what presses shrink to a fifth at most; 1 if all of it is free. At its begin, surfaces must be apart.
     double move(std::span<const Nodes> begin, std::span<const Nodes> end, double progress);
 
     /// Potential after a share of the motion, joules; infinite where surfaces are too near. Edges have the
@@ -63,7 +66,8 @@ class Barrier {
     std::vector<Intersection> intersections(std::span<const Nodes> nodes);
 
     const std::vector<MovingSurface>& surfaces() const noexcept { return surfaces_; }
-    /// Of the last move(): pairs of faces, times to place the surfaces and their trees and to query these.
+    /// Of the last look() or move(): pairs of faces, times to place the surfaces and their trees and to query
+    /// these.
     const StepReport& costs() const noexcept { return costs_; }
     /// Pairs of features that it looked at.
     std::size_t feature_pairs() const noexcept { return near_.size() + near_smooth_.size(); }
@@ -100,6 +104,7 @@ class Barrier {
     Contact contact(const NearSmooth& near, double share) const;
     double weight(const NearFeatures& near, double share) const;
     Eigen::Vector3d motion(const SurfacePoint& point, int obstacle) const;
+    double relative_motion(const FeaturePair& pair) const;
     void measure(double share);
     template <class Visit>
     void for_each_near(const Visit& visit) const;

@@ -6,8 +6,9 @@ namespace nbd {
 ///
 ///   W(d) = -stiffness L^2 (1 - s)^2 ln s,   s = (d - floor) / L,   L = reach - floor
 ///
-/// Twice continuously differentiable and convex. Below the distance `linear_below` the force goes on along its
-/// tangent, so that an iteration may come there, and is finite. Source: [Li20], with a distance in place of its square.
+/// Twice continuously differentiable and convex. Below the distance `linear_below` the force goes on along
+/// its tangent, so that an iteration may come there, and is finite. Source: [Li20], with a distance in place
+/// of its square.
 struct BarrierLaw {
     double reach = 0, floor = 0;  // metres, reach > floor >= 0
     double stiffness = 0;         // N/m

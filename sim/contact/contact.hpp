@@ -20,8 +20,9 @@ struct SurfacePoint {
 /// `b` in the opposite direction.
 struct Contact {
     SurfacePoint a{}, b{};
-    Eigen::Vector3d normal = Eigen::Vector3d::Zero();         // unit
-    Eigen::Vector3d wall_velocity = Eigen::Vector3d::Zero();  // velocity of the obstacle, m/s
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // unit
+    // Velocity of the obstacle, m/s, less that by which the points move before the unknowns of a BDF2 step.
+    Eigen::Vector3d wall_velocity = Eigen::Vector3d::Zero();
     double gap = 0;        // metres at the start of the step, negative if they overlap; see StartDepths
     double area = 0;       // surface area represented by this contact, m2
     double stiffness = 0;  // N/m

@@ -21,7 +21,8 @@ ContactImpulse contact_impulse(const Contact& contact, const ContactConfig& conf
                                double dt, const Eigen::Vector3d& u) noexcept;
 
 /// Potential of the friction of a contact, joules: minus its gradient in u is the impulse of Coulomb friction
-/// for the normal impulse `normal` (N s), mu times that from Contact::full_slip() on and linear in u below it.
+/// for the normal impulse `normal` (N s), mu times that from Contact::full_slip() on and linear in u below
+/// it.
 double friction_potential(const Contact& contact, double dt, double normal,
                           const Eigen::Vector3d& u) noexcept;
 

@@ -25,25 +25,30 @@ constexpr double first_height = 2.5;
 void ContactSolver::begin(std::span<const Contact> contacts, std::span<const ContactSurface* const> surfaces,
                           std::span<const int> first_unknown, const ContactConfig& config, double thickness,
                           double dt, const Eigen::VectorXd& v, bool each_contact) {
-    contacts_ = contacts;
+    surfaces_ = surfaces;
     first_unknown_ = first_unknown;
     config_ = &config;
     each_contact_ = each_contact;
     thickness_ = thickness;
     dt_ = dt;
+    start_ = v;
+    step_impulses_.clear();
+    set_contacts(contacts, v);
+}
+
+void ContactSolver::set_contacts(std::span<const Contact> contacts, const Eigen::VectorXd& v) {
+    contacts_ = contacts;
     const bool has_barriers = std::ranges::any_of(contacts_, &Contact::has_barrier);
     friction_share_ = has_barriers ? barrier_friction_share : friction_share;
-    most_passes_ = has_barriers ? std::max(config.iterations, barrier_passes) : config.iterations;
+    most_passes_ = has_barriers ? std::max(config_->iterations, barrier_passes) : config_->iterations;
     terms_.clear();
     operators_.clear();
     for (std::size_t c = 0; c < contacts_.size(); ++c) {
-        terms_.add(contacts_[c], surfaces, first_unknown_);
+        terms_.add(contacts_[c], surfaces_, first_unknown_);
         operators_.push_back(terms_.coupling(c, Eigen::Matrix3d::Zero()));
     }
     number_pairs();
     push_.resize(contacts_.size());
-    start_ = v;
-    step_impulses_.clear();
     linearise(v);
     for (std::size_t c = 0; c < contacts_.size(); ++c) set_first_operator(c, v);
 }
@@ -63,10 +68,8 @@ void ContactSolver::set_first_operator(std::size_t contact, const Eigen::VectorX
         push_[contact].setZero();
         return;
     }
-    const double normal =
-        c.has_barrier() ? impulse.normal : std::clamp(impulse.spring, 0.0, impulse.normal);
-    set_operator(contact, impulse,
-                 c.friction * normal / std::max(c.slip(u, dt_).norm(), c.full_slip(dt_)));
+    const double normal = c.has_barrier() ? impulse.normal : std::clamp(impulse.spring, 0.0, impulse.normal);
+    set_operator(contact, impulse, c.friction * normal / std::max(c.slip(u, dt_).norm(), c.full_slip(dt_)));
 }
 
 /// Numbers the pairs of bodies in contact; all obstacles count as one.
@@ -168,8 +171,7 @@ std::vector<ContactSolver::Rub> ContactSolver::rubs_at(const Eigen::VectorXd& v,
         pushing[pair_of_[c]] += rub.impulse.normal;
         if (!solved || !presses(c)) continue;
         pressed[pair_of_[c]] = true;
-        balanced[pair_of_[c]] +=
-            contacts_[c].normal.dot(push_[c] - operators_[c].A * terms_.velocity(c, v));
+        balanced[pair_of_[c]] += contacts_[c].normal.dot(push_[c] - operators_[c].A * terms_.velocity(c, v));
     }
     for (std::size_t c = 0; c < contacts_.size(); ++c) {
         Rub& rub = rubs[c];
@@ -211,10 +213,9 @@ std::vector<bool> ContactSolver::wrong_pairs(const std::vector<Rub>& rubs) const
 }
 
 /// solved: operators are of a solve that found v or led to it. Springs that pressed in it keep theirs, and
-/// barriers get their tangent at v; those with a wrong drag get a new one if `renews` and the friction between
-/// their bodies is wrong. One that lets
-/// go for the second time presses without friction from then on, because its drag may be what pulls it away:
-/// it would let go and press in turn.
+/// barriers get their tangent at v; those with a wrong drag get a new one if `renews` and the friction
+/// between their bodies is wrong. One that lets go for the second time presses without friction from then on,
+/// because its drag may be what pulls it away: it would let go and press in turn.
 void ContactSolver::linearise(const Eigen::VectorXd& v, bool solved, bool renews) {
     const std::vector<Rub> rubs = rubs_at(v, solved);
     const std::vector<bool> wrong = wrong_pairs(rubs);
@@ -351,9 +352,8 @@ ContactSolveReport ContactSolver::solve(std::span<const StepSystem> systems, Eig
         solved_by_ = operators_;
         solved_push_ = push_;
         change_ -= impulses(v, false);
-        const bool renews =
-            renewed < friction_passes &&
-            report.passes < most_passes_ - std::min(settling_passes, most_passes_ / 4);
+        const bool renews = renewed < friction_passes &&
+                            report.passes < most_passes_ - std::min(settling_passes, most_passes_ / 4);
         renewed += renews && is_accurate && !went_back;
         linearise(v, true, renews);
         change_ += impulses(v, false);

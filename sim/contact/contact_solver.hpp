@@ -33,12 +33,12 @@ struct ContactSolveReport {
 ///
 /// J maps velocities to the relative velocity of a contact's points, so forces are equal and opposite. The
 /// linear solve (see CoupledSolver) is repeated from its last solution to settle which contacts press and
-/// slip, and how hard barriers press, until the residual with the updated contacts is small enough. Each solve is only as accurate as
-/// needed, and taken as far only as it lowers the potential of what presses. Friction is a drag, which is
-/// constant in a solve and then set anew, after eight accurate passes at most, where the friction between two
-/// bodies does not fit their normal forces to a hundredth. Residuals are judged body by body, see scales():
-/// how fast a body moves as a whole, or how heavy and fast others are, does not matter. A contact that lets
-/// go for the second time presses without friction from then on.
+/// slip, and how hard barriers press, until the residual with the updated contacts is small enough. Each
+/// solve is only as accurate as needed, and taken as far only as it lowers the potential of what presses.
+/// Friction is a drag, which is constant in a solve and then set anew, after eight accurate passes at most,
+/// where the friction between two bodies does not fit their normal forces to a hundredth. Residuals are
+/// judged body by body, see scales(): how fast a body moves as a whole, or how heavy and fast others are,
+/// does not matter. A contact that lets go for the second time presses without friction from then on.
 class ContactSolver {
  public:
     explicit ContactSolver(const LinearSolveConfig& config,
@@ -54,6 +54,8 @@ class ContactSolver {
     void begin(std::span<const Contact> contacts, std::span<const ContactSurface* const> surfaces,
                std::span<const int> first_unknown, const ContactConfig& config, double thickness, double dt,
                const Eigen::VectorXd& v, bool each_contact);
+    /// Other contacts for the same step, as seen from its iterate v.
+    void set_contacts(std::span<const Contact> contacts, const Eigen::VectorXd& v);
 
     /// systems: assembled and prescribed. v: initial guess on entry, velocities at the end of the step on
     /// return.
@@ -130,6 +132,7 @@ class ContactSolver {
     bool presses(std::size_t contact) const { return !operators_[contact].A.isZero(0); }
 
     std::span<const Contact> contacts_;
+    std::span<const ContactSurface* const> surfaces_;
     std::span<const int> first_unknown_;
     const ContactConfig* config_ = nullptr;
     double thickness_ = 0, dt_ = 0;

@@ -318,9 +318,6 @@ SceneReading read_scene(std::string_view text, const std::filesystem::path& base
     spec.gravity = from.vector("gravity", spec.gravity);
     spec.contact = read_contact(from.object("contact"), spec.resolve_start);
     spec.step = read_solver(from.object("solver"));
-    if (spec.contact.intersection_free && spec.step.integrator != TimeIntegrator::backward_euler)
-        from.problem("solver.integrator",
-                     "must be \"backward_euler\" where contact.intersection_free is true");
     spec.time = read_time(from.object("time"));
     spec.output = read_output(from.object("output"));
     spec.seed = from.integer("seed", 0, {0, 9e15, "between 0 and 9e15"});

@@ -14,11 +14,11 @@
 namespace nbd {
 namespace {
 
-constexpr int max_linearisations = 30;      // unless the step's config allows several itself
-constexpr double contact_share = 0.1;       // of a body's impulses, by which those of contacts may be off
-constexpr int max_halvings = 40;            // of a Newton step, until the potential falls
-constexpr double rounding = 1e-13;          // relative, of potentials
-constexpr double least_progress = 1e-9;     // share of a Newton step that counts as motion
+constexpr int max_linearisations = 30;   // unless the step's config allows several itself
+constexpr double contact_share = 0.1;    // of a body's impulses, by which those of contacts may be off
+constexpr int max_halvings = 40;         // of a Newton step, until the potential falls
+constexpr double rounding = 1e-13;       // relative, of potentials
+constexpr double least_progress = 1e-9;  // share of a Newton step that counts as motion
 
 constexpr const char* way_to_start = "; `resolve_start` moves bodies apart";
 
@@ -65,16 +65,30 @@ void World::check_start() {
     start_is_checked_ = true;
 }
 
-/// Contacts of the iterate v, after a share of the motion proposed last, with the gaps that linear motion from
-/// the start of the step would have. progress: how far obstacles have come.
+/// Velocities that lead from where the bodies are to where their steps start, stacked; see TimeStep.
+Eigen::VectorXd World::leads(double dt) const {
+    Eigen::VectorXd leads = Eigen::VectorXd::Zero(first_unknown_.back());
+    for (std::size_t b = 0; b < bodies_.size(); ++b)
+        if (takes_bdf2(bodies_[b]))
+            Eigen::Map<Nodes>(leads.data() + first_unknown_[b], bodies_[b].state.x.rows(), 3) =
+                (start_of(bodies_[b]).x - bodies_[b].state.x) / dt;
+    return leads;
+}
+
+/// Contacts of the iterate v, after a share of the motion proposed last, with the gaps that linear motion
+/// from the start of the step would have. progress: how far obstacles have come.
 std::vector<Contact> World::contacts_at(double dt, const Eigen::VectorXd& v, double share, double progress,
                                         std::span<const ContactSurface* const> surfaces) {
     std::vector<Contact> contacts = barrier().contacts(share);
+    const Eigen::VectorXd lead = leads(dt);
     ContactTerms terms;
     for (std::size_t c = 0; c < contacts.size(); ++c) {
         Contact& contact = contacts[c];
         terms.add(contact, surfaces, first_unknown_);
-        contact.gap -= dt * contact.normal.dot(terms.velocity(c, v) - progress * contact.wall_velocity);
+        const Eigen::Vector3d led = terms.velocity(c, lead),
+                              moved = terms.velocity(c, v) + led - progress * contact.wall_velocity;
+        contact.gap -= dt * contact.normal.dot(moved);
+        contact.wall_velocity -= led;
         friction_memory_.recall(contact, slip_length(dt));
     }
     return contacts;
@@ -110,19 +124,21 @@ World::Rejection World::solve_apart(const StepPart& part, Eigen::VectorXd& v, Wo
     const bool is_newton = config_.step.newton_iterations > 1;
     const int most = is_newton ? config_.step.newton_iterations : max_linearisations;
     barrier().begin_step(time_, dt);
-    Eigen::VectorXd to = stacked(&World::likely_velocities, given),
-                    linearised_at = stacked(&World::first_iterate, given);
-    v.setZero(first_unknown_.back());
+    Eigen::VectorXd to = stacked(&World::likely_velocities, given);
+    v = -leads(dt);
     // How far grips and obstacles have come.
     double progress = barrier().obstacles_move() || std::ranges::any_of(given, moves) ? 0 : 1;
-    propose(dt, v, to, progress, report);
+    look(dt, v, to, progress, report);
     double share = 0, moved = 0, error = 0;
     for (int k = 0;; ++k) {
         stop_if_asked();
         timed(report.detect_us, [&] { contacts_ = contacts_at(dt, v, share, progress, surfaces); });
         timed(report.solve_us, [&] {
-            solver_.begin(contacts_, surfaces, first_unknown_, config_.contact, thickness(), dt,
-                          linearised_at, is_newton);
+            if (k > 0)
+                solver_.set_contacts(contacts_, v);
+            else
+                solver_.begin(contacts_, surfaces, first_unknown_, config_.contact, thickness(), dt,
+                              stacked(&World::first_iterate, given), is_newton);
         });
         if (is_newton && k > 0 && progress == 1) {
             error = residual(v);
@@ -146,9 +162,9 @@ World::Rejection World::solve_apart(const StepPart& part, Eigen::VectorXd& v, Wo
                 return {};
             }
         }
-        if (k > 0 && progress == 1) share = search_apart(dt, v, to, share);
+        if (k > 0 && progress == 1) share = search_apart(v, to, share);
         v += share * (to - v);
-        to = linearised_at = v;
+        to = v;
         progress = share == 1 ? 1 : progress + share * (1 - progress);
         moved = std::max(moved, share);
     }
@@ -158,10 +174,19 @@ World::Rejection World::solve_apart(const StepPart& part, Eigen::VectorXd& v, Wo
                                       1 - progress),
                 .fatal = true};
     if (moved < least_progress) return {.reason = "the step finds no progress", .fatal = true};
-    return {.reason = fmt::format("Newton's iteration ends with impulses out of balance by {:.2g} of those on "
-                                  "a body, allowed: {:.2g}",
-                                  error, is_newton ? config_.step.newton_tolerance : contact_share),
-            .trouble = StepTrouble::newton};
+    return {
+        .reason = fmt::format("Newton's iteration ends with impulses out of balance by {:.2g} of those on "
+                              "a body, allowed: {:.2g}",
+                              error, is_newton ? config_.step.newton_tolerance : contact_share),
+        .trouble = StepTrouble::newton};
+}
+
+/// What comes near in the motion from v to `to`.
+void World::look(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress,
+                 WorldReport& report) {
+    const ScopedTimer timer(report.detect_us);
+    barrier().look(nodes_after(dt, v), nodes_after(dt, to), progress);
+    report.add(barrier().costs());
 }
 
 /// The share of the motion from v to `to` that is free of collisions.
@@ -176,13 +201,14 @@ double World::propose(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd
 /// The largest of share, share / 2, share / 4 ... at which the potential of the step is no higher than at v,
 /// as far as rounding lets one tell. The way to `to` leads downwards: it lowers the quadratic model of the
 /// linearisation, whose matrix is positive definite.
-double World::search_apart(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to, double share) {
+double World::search_apart(const Eigen::VectorXd& v, const Eigen::VectorXd& to, double share) {
     const auto potentials = [&](double s) {  // of the barrier, friction and each body
         const Eigen::VectorXd at_s = v + s * (to - v);
         std::vector<double> terms{barrier().energy(s), solver_.friction_potential(at_s, to)};
         for (int b = 0; b < body_count() && std::isfinite(terms.front()); ++b) {
             const Loads outer = loads(at(b));
-            terms.push_back(StepPotential(*at(b).elastic, start_of(at(b)), dt, outer, systems_[b].elements())
+            terms.push_back(StepPotential(*at(b).elastic, start_of(at(b)), at(b).start.step, outer,
+                                          systems_[b].elements())
                                 .value(body_part(b, at_s)));
         }
         return terms;
@@ -203,12 +229,9 @@ double World::search_apart(double dt, const Eigen::VectorXd& v, const Eigen::Vec
 
 /// Why the end of a part must not be kept; empty: nothing intersects.
 std::string World::end_intersections(double dt, const Eigen::VectorXd& v, WorldReport& report) {
-    const std::vector<Nodes> nodes = nodes_after(dt, v);
     const ScopedTimer timer(report.detect_us);
-    const std::vector<Intersection> found = barrier().intersections(nodes);
-    barrier().move(nodes, nodes, 1);
-    barrier().energy(0);
-    report.least_distance = barrier().least_distance();
+    report.least_distance = barrier().least_distance();  // the contacts at v were found last
+    const std::vector<Intersection> found = barrier().intersections(nodes_after(dt, v));
     return found.empty() ? std::string() : intersection_text(found, barrier().surfaces());
 }
 

@@ -6,8 +6,9 @@
 
 namespace nbd {
 
-/// BDF2 for bodies without a contact in reach, without driven nodes and without a grip that jumps, neither in
-/// this step nor in the one before it: BDF2 would extrapolate the impact.
+/// BDF2 for bodies without a spring contact in reach, without driven nodes and without a grip that jumps,
+/// neither in this step nor in the one before it: BDF2 would extrapolate the impact. A barrier is a smooth
+/// potential, so that it holds in contact, too.
 void World::choose_steps(double dt) {
     const bool is_bdf2 = config_.step.integrator == TimeIntegrator::bdf2;
     std::vector<char> is_hit(bodies_.size(), 0);

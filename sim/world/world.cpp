@@ -37,8 +37,7 @@ double surface_young(const ElasticBody& elastic, const Embedding& W) {
 }  // namespace
 
 World::World(const WorldConfig& config)
-    : config_(config),
-      solver_(linear_config(config), config.hierarchies) {
+    : config_(config), solver_(linear_config(config), config.hierarchies) {
     check_contact_config(config.contact);
     if (!config.gravity.allFinite()) throw std::invalid_argument("world: gravity is not finite");
     if (!(config.limits.inverted_share >= 0) || !(config.limits.stretch > 1))
@@ -47,8 +46,6 @@ World::World(const WorldConfig& config)
         throw std::invalid_argument(
             "world: the linear solver needs 0 < tolerance < 1 and at least one iteration");
     const StepConfig& step = config.step;
-    if (config.contact.intersection_free && step.integrator != TimeIntegrator::backward_euler)
-        throw std::invalid_argument("world: steps without intersections need the integrator backward_euler");
     if (step.newton_iterations < 1 || !(step.newton_tolerance > 0) || step.max_substeps < 1 ||
         !std::has_single_bit(static_cast<unsigned>(step.max_substeps)))
         throw std::invalid_argument(

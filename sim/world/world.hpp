@@ -29,15 +29,16 @@ struct FailureLimits {
 /// How a step advances a body in time.
 enum class TimeIntegrator {
     backward_euler,  // damps vibrations, the more the fewer steps they take
-    bdf2,            // hardly damps; bodies that may touch something in a step take backward Euler
+    // Hardly damps; with intersections, bodies that may touch something in a step take backward Euler.
+    bdf2,
 };
 
 /// How steps are taken, and how accurately they solve their equations.
 struct StepConfig {
     TimeIntegrator integrator = TimeIntegrator::backward_euler;
     Tangent tangent = Tangent::rotated;
-    // Maximum number of linearisations; above 1 with line search, until newton_tolerance is met. 1: one; without
-    // intersections, as many as contacts need.
+    // Maximum number of linearisations; above 1 with line search, until newton_tolerance is met. 1: one;
+    // without intersections, as many as contacts need.
     int newton_iterations = 1;
     // Newton stops at this residual impulse of every body, relative to its impulses of loads, elasticity and
     // contacts in the step, in the norm of the inverse masses, see ContactSolver::scales().
@@ -273,14 +274,17 @@ class World {
     // barrier_iteration.cpp
     Barrier& barrier();
     std::vector<Nodes> nodes_now() const;
+    Eigen::VectorXd leads(double dt) const;
     std::vector<Contact> contacts_at(double dt, const Eigen::VectorXd& v, double share, double progress,
                                      std::span<const ContactSurface* const> surfaces);
     double contact_error(double dt, const Eigen::VectorXd& v,
                          std::span<const ContactSurface* const> surfaces);
     Rejection solve_apart(const StepPart& part, Eigen::VectorXd& v, WorldReport& report);
+    void look(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress,
+              WorldReport& report);
     double propose(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress,
                    WorldReport& report);
-    double search_apart(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to, double share);
+    double search_apart(const Eigen::VectorXd& v, const Eigen::VectorXd& to, double share);
     std::string end_intersections(double dt, const Eigen::VectorXd& v, WorldReport& report);
 
     WorldConfig config_;

@@ -166,8 +166,7 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
         body.energy = elements.energy;
     }
     Eigen::VectorXd impulses = solver_.impulses(v);
-    const std::vector<Momentum> of_contacts =
-        solver_.momenta(v, starts);
+    const std::vector<Momentum> of_contacts = solver_.momenta(v, starts);
     std::vector<RigidVector> missing;  // impulses
     std::vector<std::optional<RigidMatrix>> inertia;
     for (int b = 0; b < body_count(); ++b) {

@@ -122,11 +122,9 @@ PhysicsOutcome hertz(const PhysicsCase& c) {
     return relative_outcome(force, 4.0 / 3 * modulus * std::sqrt(R) * std::pow(depth, 1.5));
 }
 
-/// The range with backward Euler, and in the default mode, which alone has it, with the second-order rule.
 std::vector<PhysicsCase> with_both_rules(PhysicsRange range) {
     range.variants = {"", second_order};
-    return all_cases(
-        range, 5, [](const PhysicsCase& c) { return !(c.intersection_free && c.variant == second_order); });
+    return all_cases(range, 5);
 }
 
 /// Cases whose step follows from the others.
