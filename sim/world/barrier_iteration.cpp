@@ -112,6 +112,20 @@ double World::contact_error(double dt, const Eigen::VectorXd& v,
     return solver_.share_of_scales(error, Eigen::VectorXd::Zero(v.size()));
 }
 
+/// The share of the motion from v to `to` in which no body deforms by more than its own size. Where passes do
+/// not settle, a motion may be far beyond that, and near everything.
+double World::trusted_share(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to) const {
+    double share = 1;
+    for (int b = 0; b < body_count(); ++b) {
+        const Nodes way = dt * body_part(b, to - v);
+        const Eigen::RowVector3d mean = way.colwise().mean();
+        const double most = (way.rowwise() - mean).rowwise().norm().maxCoeff();
+        if (const double allowed = at(b).surface.rest_diagonal(); most > allowed)
+            share = std::min(share, allowed / most);
+    }
+    return share;
+}
+
 /// A step with contacts linearised at its start, as in solve(). Where they lead nowhere near an intersection
 /// and press at the end as was solved for, it is done. If not, it goes as far as nothing collides, and is
 /// linearised there. v: out, the velocities at the end of the part.
@@ -157,8 +171,10 @@ World::Rejection World::solve_apart(const StepPart& part, Eigen::VectorXd& v, Wo
         report.contacts_settled = solved.settled;
         ++report.newton_iterations;
         report.solver_iterations += solved.linear_iterations;
+        const double trusted = trusted_share(dt, v, to);
+        if (trusted < 1) to = v + trusted * (to - v);
         share = propose(dt, v, to, progress, report);
-        if (share == 1 && !is_newton) {
+        if (share == 1 && trusted == 1 && !is_newton) {
             error = timed(report.detect_us, [&] { return contact_error(dt, to, surfaces); });
             if (solved.settled && error <= allowed) {
                 v = to;

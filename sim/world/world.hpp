@@ -279,6 +279,7 @@ class World {
                                      std::span<const ContactSurface* const> surfaces);
     double contact_error(double dt, const Eigen::VectorXd& v,
                          std::span<const ContactSurface* const> surfaces);
+    double trusted_share(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to) const;
     Rejection solve_apart(const StepPart& part, Eigen::VectorXd& v, WorldReport& report);
     void look(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress,
               WorldReport& report);
