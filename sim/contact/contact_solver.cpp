@@ -383,7 +383,7 @@ ContactSolveReport ContactSolver::solve(std::span<const StepSystem> systems, Eig
 /// not know and that press at its end shorten the way: without it, the passes of stiff bodies can let two
 /// sets of contacts press in turn. The friction of a pass counts as its drags say.
 bool ContactSolver::go_back(const Eigen::VectorXd& begin, Eigen::VectorXd& v) {
-    /// Where a contact does not do what its operator says: it presses harder, though it did not, or pulls.
+    /// Where a contact does not do what its operator says: it presses harder, or the operator pulls.
     struct Flip {
         std::size_t contact;
         Eigen::Vector3d u, way;          // relative velocity at the begin, and its change, m/s

@@ -36,9 +36,10 @@ struct ContactSolveReport {
 /// slip, and how hard barriers press, until the residual with the updated contacts is small enough. Each
 /// solve is only as accurate as needed, and taken as far only as it lowers the potential of what presses.
 /// Friction is a drag, which is constant in a solve and then set anew, after eight accurate passes at most,
-/// where the friction between two bodies does not fit their normal forces to a hundredth. Residuals are
-/// judged body by body, see scales(): how fast a body moves as a whole, or how heavy and fast others are,
-/// does not matter. A contact that lets go for the second time presses without friction from then on.
+/// where the friction between two bodies does not fit their normal forces to a hundredth, or a two-thousandth
+/// with barriers. Residuals are judged body by body, see scales(): how fast a body moves as a whole, or how
+/// heavy and fast others are, does not matter. A contact that lets go for the second time presses without
+/// friction from then on.
 class ContactSolver {
  public:
     explicit ContactSolver(const LinearSolveConfig& config,
