@@ -1,0 +1,152 @@
+// What the contacts of a ContactSolver do at some velocities, and the operators of the next solve.
+#include <algorithm>
+
+#include "sim/contact/contact_solver.hpp"
+
+namespace nbd {
+namespace {
+
+constexpr double most_change_of_slip = 3;  // from one pass to the next
+/// Height over the floor at which a barrier is linearised at first, over that at which it becomes linear.
+constexpr double first_height = 2.5;
+
+}  // namespace
+
+/// What a contact does at the velocities before the step may be many times what it does in the step: at an
+/// impact, a damper presses as much, and a barrier may lie behind the points.
+void ContactSolver::set_first_operator(std::size_t contact, const Eigen::VectorXd& v) {
+    const Contact& c = contacts_[contact];
+    Eigen::Vector3d u = relative_velocity(contact, v);
+    if (c.has_barrier()) {
+        const double least = c.barrier.floor + first_height * (c.barrier.linear_below - c.barrier.floor);
+        u += std::max(least - (c.gap + dt_ * c.normal.dot(u)), 0.0) / dt_ * c.normal;
+    }
+    const ContactImpulse impulse = contact_impulse(c, *config_, thickness_, dt_, u);
+    if (!impulse.active()) {
+        operators_[contact].A.setZero();
+        push_[contact].setZero();
+        return;
+    }
+    const double normal = c.has_barrier() ? impulse.normal : std::clamp(impulse.spring, 0.0, impulse.normal);
+    set_operator(contact, impulse, c.friction * normal / std::max(c.slip(u, dt_).norm(), c.full_slip(dt_)));
+}
+
+void ContactSolver::linearise(const Eigen::VectorXd& v) {
+    releases_.assign(contacts_.size(), 0);
+    drags_.assign(contacts_.size(), {});
+    drags_before_.assign(contacts_.size(), {});
+    linearise(v, false, true);
+}
+
+/// What the contacts do at v. A solve balances the normal impulses between two bodies, those that pull among
+/// them. Contacts that pull let go, and others begin to press in their place with impulses at v that nothing
+/// balances, so where contacts pressed in the last solve, the friction between the two bodies is at most mu
+/// times what was balanced, shared out like the impulses that push.
+std::vector<ContactSolver::Rub> ContactSolver::rubs_at(const Eigen::VectorXd& v, bool solved) const {
+    std::vector<Rub> rubs(contacts_.size());
+    std::vector<double> pushing(pairs_.size(), 0.0), balanced(pairs_.size(), 0.0);  // N s
+    std::vector<bool> pressed(pairs_.size(), false);
+    for (std::size_t c = 0; c < contacts_.size(); ++c) {
+        Rub& rub = rubs[c];
+        rub.impulse = impulse(c, v);
+        rub.slip = contacts_[c].slip(relative_velocity(c, v), dt_);
+        pushing[pair_of_[c]] += rub.impulse.normal;
+        if (!solved || !presses(c)) continue;
+        pressed[pair_of_[c]] = true;
+        balanced[pair_of_[c]] += contacts_[c].normal.dot(push_[c] - operators_[c].A * terms_.velocity(c, v));
+    }
+    for (std::size_t c = 0; c < contacts_.size(); ++c) {
+        Rub& rub = rubs[c];
+        if (!rub.impulse.active() || releases_[c] > 1) continue;
+        rub.most = contacts_[c].friction * rub.impulse.normal;
+        if (const std::size_t pair = pair_of_[c]; pressed[pair])
+            rub.most *= std::clamp(balanced[pair] / pushing[pair], 0.0, 1.0);
+    }
+    return rubs;
+}
+
+/// By which the friction of the contact's drag is wrong, N s.
+Eigen::Vector3d ContactSolver::friction_off(std::size_t contact, const Rub& rub) const {
+    if (!rub.impulse.active() || !presses(contact)) return Eigen::Vector3d::Zero();
+    const double most_drag = rub.most / std::max(rub.slip.norm(), contacts_[contact].full_slip(dt_));
+    return (drags_[contact].drag - most_drag) * rub.slip;
+}
+
+/// Between which bodies friction is wrong by too large a share of that on one of them.
+std::vector<bool> ContactSolver::wrong_pairs(const std::vector<Rub>& rubs) const {
+    std::vector<double> most_of(first_unknown_.size(), 0.0);  // by body
+    std::vector<Eigen::Vector3d> off_of(pairs_.size(), Eigen::Vector3d::Zero());
+    std::vector<double> each_off_of(pairs_.size(), 0.0);
+    for (std::size_t c = 0; c < contacts_.size(); ++c) {
+        const std::size_t pair = pair_of_[c];
+        const Eigen::Vector3d off = friction_off(c, rubs[c]);
+        for (const int body : pairs_[pair])
+            if (body >= 0) most_of[body] += rubs[c].most;
+        off_of[pair] += contacts_[c].a.body == pairs_[pair][0] ? off : Eigen::Vector3d(-off);
+        each_off_of[pair] += off.norm();
+    }
+    std::vector<bool> wrong(pairs_.size());
+    for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {
+        const double off = each_contact_ ? each_off_of[pair] : off_of[pair].norm();
+        wrong[pair] = std::ranges::any_of(
+            pairs_[pair], [&](int body) { return body >= 0 && off > friction_share_ * most_of[body]; });
+    }
+    return wrong;
+}
+
+/// solved: operators are of a solve that found v or led to it. Springs that pressed in it keep theirs, and
+/// barriers get their tangent at v; those with a wrong drag get a new one if `renews` and the friction
+/// between their bodies is wrong. One that lets go for the second time presses without friction from then on,
+/// because its drag may be what pulls it away: it would let go and press in turn.
+void ContactSolver::linearise(const Eigen::VectorXd& v, bool solved, bool renews) {
+    const std::vector<Rub> rubs = rubs_at(v, solved);
+    const std::vector<bool> wrong = wrong_pairs(rubs);
+    for (std::size_t c = 0; c < contacts_.size(); ++c) {
+        const Rub& rub = rubs[c];
+        const bool pressed = solved && presses(c);
+        if (!rub.impulse.active()) {
+            releases_[c] += pressed;
+            operators_[c].A.setZero();
+            push_[c].setZero();
+            continue;
+        }
+        const double slip = rub.slip.norm();
+        drags_[c].slip = slip;
+        if (pressed &&
+            (!renews || !wrong[pair_of_[c]] || friction_off(c, rub).norm() <= friction_share_ * rub.most)) {
+            if (contacts_[c].has_barrier()) set_operator(c, rub.impulse, drags_[c].drag);
+            continue;
+        }
+        const double drag = next_drag(c, rub.most, slip);
+        drags_before_[c] = drags_[c];
+        set_operator(c, rub.impulse, drag);
+    }
+}
+
+void ContactSolver::set_operator(std::size_t contact, const ContactImpulse& impulse, double drag) {
+    const Eigen::Vector3d& n = contacts_[contact].normal;
+    const Eigen::Matrix3d normal_part = n * n.transpose();
+    Eigen::Matrix3d& A = operators_[contact].A;
+    A = impulse.slope * normal_part + drag * (Eigen::Matrix3d::Identity() - normal_part);
+    push_[contact] =
+        impulse.spring * n + A * contacts_[contact].wall_velocity - drag / dt_ * contacts_[contact].stretch;
+    drags_[contact].drag = drag;
+}
+
+/// The drag for a friction of `most`. Where nothing else changes, 1 / slip is linear in the drag: the last
+/// two solves tell at which slip the two balance. Only repeating most / slip would take many passes where
+/// friction nearly stops the contact.
+double ContactSolver::next_drag(std::size_t contact, double most, double slip) const {
+    const Drag &now = drags_[contact], &before = drags_before_[contact];
+    double balanced = slip;
+    if (now.slip > 0 && before.slip > 0 && now.drag != before.drag) {
+        const double slope = (1 / now.slip - 1 / before.slip) / (now.drag - before.drag),
+                     free = 1 / now.slip - slope * now.drag;
+        if (slope > 0 && free > 0) balanced = (1 - most * slope) / free;
+    }
+    // Where neighbours change, too, the two solves say less.
+    balanced = std::clamp(balanced, slip / most_change_of_slip, slip * most_change_of_slip);
+    return most / std::max(balanced, contacts_[contact].full_slip(dt_));
+}
+
+}  // namespace nbd
