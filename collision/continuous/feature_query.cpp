@@ -115,7 +115,7 @@ void FeatureQuery::find(std::span<MovingBody> bodies, int body, double distance)
     for (const FacePair& faces :
          self_query_.boxes_within(b.own_tree_, query_distance(most, b.own_.rounding, b.own_.rounding)))
         for_each_owned_pair(surface, surface, faces,
-                            [&](const FeaturePair& pair) { pairs_.push_back(pair); });
+                            [&](const FeaturePair& pair, auto) { pairs_.push_back(pair); });
     keep_near(before, b, b.own_, b, b.own_, most);
 }
 
@@ -125,7 +125,8 @@ void FeatureQuery::find(std::span<MovingBody> bodies, int a, int b, double dista
     const std::size_t before = pairs_.size();
     for (const FacePair& faces : pair_query_.boxes_within(
              s.tree_, t.tree_, query_distance(distance, s.local_.rounding, t.local_.rounding)))
-        for_each_owned_pair(of_s, of_t, faces, [&](const FeaturePair& pair) { pairs_.push_back(pair); });
+        for_each_owned_pair(of_s, of_t, faces,
+                            [&](const FeaturePair& pair, auto) { pairs_.push_back(pair); });
     keep_near(before, s, s.local_, t, t.local_, distance);
 }
 

@@ -46,24 +46,33 @@ struct NumberedSurface {
 std::array<int, 4> feature_vertices(const FeaturePair& pair, const NumberedSurface& a,
                                     const NumberedSurface& b) noexcept;
 
-/// Calls visit(pair) for the features that the two faces own, each with those of the other. Faces of one
-/// surface must have no vertex in common. Over all pairs of faces, every pair of features comes once, unless
-/// a face names a vertex twice.
+/// Where the corners of a pair stand among those of two faces: 0 to 2 in the first, 3 to 5 in the second. In
+/// the order of closest_points(), but for which end of an edge and which of two edges comes first.
+using PlacesInFaces = std::array<std::int8_t, 4>;
+
+/// Calls visit(pair, places) for the features that the two faces own, each with those of the other. Over all
+/// pairs of faces, every pair of features comes once, unless a face names a vertex twice. Features of faces
+/// with common vertices may have some, too.
 template <class Visit>
 void for_each_owned_pair(const NumberedSurface& s, const NumberedSurface& t, FacePair faces,
                          const Visit& visit) {
+    const auto place = [](int corner) { return static_cast<std::int8_t>(corner); };
     for (int k = 0; k < 3; ++k) {
         if (const int v = s.F(faces.a, k); s.features.owner_of_vertex(v) == faces.a)
-            visit(FeaturePair{FeatureKind::vertex_face, s.number, t.number, v, faces.b});
+            visit(FeaturePair{FeatureKind::vertex_face, s.number, t.number, v, faces.b},
+                  PlacesInFaces{place(k), 3, 4, 5});
         if (const int v = t.F(faces.b, k); t.features.owner_of_vertex(v) == faces.b)
-            visit(FeaturePair{FeatureKind::vertex_face, t.number, s.number, v, faces.a});
+            visit(FeaturePair{FeatureKind::vertex_face, t.number, s.number, v, faces.a},
+                  PlacesInFaces{place(3 + k), 0, 1, 2});
         const int e = s.features.face_edges(faces.a, k);
         if (s.features.owner_of_edge(e) != faces.a) continue;
         for (int l = 0; l < 3; ++l) {
             const int f = t.features.face_edges(faces.b, l);
             if (t.features.owner_of_edge(f) != faces.b) continue;
             const bool swapped = s.number == t.number && f < e;
-            visit(FeaturePair{FeatureKind::edge_edge, s.number, t.number, swapped ? f : e, swapped ? e : f});
+            visit(FeaturePair{FeatureKind::edge_edge, s.number, t.number, swapped ? f : e, swapped ? e : f},
+                  PlacesInFaces{place((k + 1) % 3), place((k + 2) % 3), place(3 + (l + 1) % 3),
+                                place(3 + (l + 2) % 3)});
         }
     }
 }

@@ -44,9 +44,9 @@ void SelfQuery::finish_batch(const PosedWideTree& tree, const Narrow& narrow) {
     batch_.clear();
 }
 
-template <class Narrow>
-std::span<const FacePair> SelfQuery::find_face_pairs(PosedTree& body, float distance, const Narrow& narrow,
-                                                     const LeafReach* reach) {
+template <class Begin, class Narrow>
+std::span<const FacePair> SelfQuery::find_face_pairs(PosedTree& body, float distance, const Begin& begin,
+                                                     const Narrow& narrow, const LeafReach* reach) {
     require_distance(distance);
     if (left_out_ && left_out_->face_count() != body.tree().faces.rows())
         throw std::invalid_argument(message("the query leaves out pairs of a surface of ",
@@ -61,7 +61,7 @@ std::span<const FacePair> SelfQuery::find_face_pairs(PosedTree& body, float dist
     const bool has_proof = proof_ && applies(*proof_, tree, distance, reach);
     const LeftOut left_out{.pairs = left_out_.get(), .proved = has_proof ? &proved : nullptr, .reach = reach};
     const int bounded_before = tree.bounded(), out_of_range_before = tree.out_of_range();
-    walk_.begin_one_body(tree, distance);
+    begin(tree);
     for (bool more = true; more;) {
         more = walk_.next_near_faces(tree, left_out, batch_size, batch_);
         finish_batch(tree, narrow);
@@ -74,6 +74,13 @@ std::span<const FacePair> SelfQuery::find_face_pairs(PosedTree& body, float dist
     counters_.most_pairs = std::max({counters_.most_pairs, of_batches.most_pairs, counters_.face_pairs});
     tree.require_finite();
     return pairs_;
+}
+
+template <class Narrow>
+std::span<const FacePair> SelfQuery::find_face_pairs(PosedTree& body, float distance, const Narrow& narrow,
+                                                     const LeafReach* reach) {
+    return find_face_pairs(
+        body, distance, [&](PosedWideTree& tree) { walk_.begin_one_body(tree, distance); }, narrow, reach);
 }
 
 std::span<const FacePair> SelfQuery::sorted_pairs() {
@@ -98,6 +105,13 @@ std::span<const FacePair> SelfQuery::within(PosedTree& body, float distance) {
 std::span<const FacePair> SelfQuery::boxes_within(PosedTree& body, float distance, const LeafReach* reach) {
     return find_face_pairs(
         body, distance, [](std::vector<FacePair>&, const auto&) {}, reach);
+}
+
+std::span<const FacePair> SelfQuery::boxes_within(PosedTree& body, float distance, const LeafPairSet& known,
+                                                  std::span<const LeafPair> open) {
+    return find_face_pairs(
+        body, distance, [&](PosedWideTree& tree) { walk_.begin_one_body(tree, distance, known, open); },
+        [](std::vector<FacePair>&, const auto&) {});
 }
 
 }  // namespace nbd

@@ -49,11 +49,20 @@ class SelfQuery {
     /// found farther apart than this; null: the distance everywhere.
     std::span<const FacePair> boxes_within(PosedTree& body, float distance, const LeafReach* reach = nullptr);
 
+    /// Likewise for a caller that knows of some pairs of leaves of the body's box tree which are near: of
+    /// these, `known`, the query looks at `open` alone. Pairs are {a, b}, a <= b.
+    std::span<const FacePair> boxes_within(PosedTree& body, float distance, const LeafPairSet& known,
+                                           std::span<const LeafPair> open);
+
     /// Counters of the last query.
     const QueryCounters& counters() const noexcept { return counters_; }
 
  private:
     std::span<const FacePair> sorted_pairs();
+    /// begin(tree): begins the walk.
+    template <class Begin, class Narrow>
+    std::span<const FacePair> find_face_pairs(PosedTree& body, float distance, const Begin& begin,
+                                              const Narrow& narrow, const LeafReach* reach = nullptr);
     template <class Narrow>
     std::span<const FacePair> find_face_pairs(PosedTree& body, float distance, const Narrow& narrow,
                                               const LeafReach* reach = nullptr);

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t most_mapped = 160;  // nodes of a cluster whose blocks are bounded by an affine map
 constexpr int many_blocks = 8;      // of a cluster without a map: a kernel bounds all sixteen, present or not
-constexpr double tolerance = 1e-5;  // of the weights of a vertex and of their sum
+constexpr double tolerance = 1e-5;  // of the sum of a vertex's weights
 
 void check_node_count(int count) {
     if (count > AffineParts::most_nodes)
@@ -58,7 +58,7 @@ EmbeddingCheck check_embedding(FacesRef F, const SurfaceEmbedding& W, int vertex
         int count = 0;
         double sum = 0, negative = 0;
         for (SurfaceEmbedding::InnerIterator entry(W, v); entry; ++entry) {
-            if (!(entry.value() >= -tolerance))
+            if (!(entry.value() >= AffineModel::least_weight))
                 throw std::invalid_argument(message("vertex ", v, " has the weight ", entry.value(),
                                                     "; allowed: 0 or more, but for rounding errors"));
             sum += double{entry.value()};

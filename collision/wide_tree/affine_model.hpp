@@ -20,7 +20,8 @@ namespace nbd {
 /// Kernels::affine_map.
 class AffineModel {
  public:
-    static constexpr int max_weights = 32;  // of a vertex
+    static constexpr int max_weights = 32;         // of a vertex
+    static constexpr double least_weight = -1e-5;  // what rounding may leave of 0
 
     /// F: the surface's faces. W: [vertices, nodes]; rows of vertices that no face uses are not checked.
     /// rest: rest positions of the nodes, [nodes, 3]. Throws std::invalid_argument, naming the vertex, if a

@@ -205,6 +205,50 @@ void WideWalk::begin_one_body(PosedWideTree& body, float distance) {
     begin_leaves(body, body, distance, OneBody(body, {}));
 }
 
+void WideWalk::begin_one_body(PosedWideTree& body, float distance, const LeafPairSet& known,
+                              std::span<const LeafPair> open) {
+    begin_one_body(body, distance);
+    known.remove_from(leaves_);
+    leaves_.insert(leaves_.end(), open.begin(), open.end());
+}
+
+LeafPairSet::LeafPairSet(int blocks, std::span<const LeafPair> pairs) {
+    std::vector<LeafPair> of_blocks;
+    for (const LeafPair& pair : pairs) of_blocks.push_back({pair.a / tree_width, pair.b / tree_width});
+    std::ranges::sort(of_blocks);
+    const auto repeats = std::ranges::unique(of_blocks);
+    of_blocks.erase(repeats.begin(), repeats.end());
+    begin_.assign(blocks + 1, 0);
+    for (const LeafPair& pair : of_blocks) {
+        ++begin_[pair.a + 1];
+        others_.push_back(pair.b);
+    }
+    for (int block = 0; block < blocks; ++block) begin_[block + 1] += begin_[block];
+    masks_.assign(others_.size(), {});
+    for (const LeafPair& pair : pairs) {
+        const Mask* mask = find(pair.a / tree_width, pair.b / tree_width);
+        masks_[mask - masks_.data()][pair.a % tree_width] |= 1u << pair.b % tree_width;
+    }
+}
+
+const LeafPairSet::Mask* LeafPairSet::find(int block_a, int block_b) const noexcept {
+    const auto first = others_.begin() + begin_[block_a], last = others_.begin() + begin_[block_a + 1];
+    const auto found = std::lower_bound(first, last, block_b);
+    return found != last && *found == block_b ? masks_.data() + (found - others_.begin()) : nullptr;
+}
+
+void LeafPairSet::remove_from(std::vector<LeafPair>& pairs) const {
+    LeafPair blocks{-1, -1};
+    const Mask* mask = nullptr;
+    std::erase_if(pairs, [&](const LeafPair& pair) {
+        if (const LeafPair of{pair.a / tree_width, pair.b / tree_width}; of != blocks) {
+            blocks = of;
+            mask = find(of.a, of.b);
+        }
+        return mask && ((*mask)[pair.a % tree_width] >> pair.b % tree_width & 1) != 0;
+    });
+}
+
 bool WideWalk::next_near_faces(PosedWideTree& body, const LeftOut& left_out, std::size_t enough,
                                std::vector<FacePair>& pairs) {
     const OneBody taken(body, left_out);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -45,6 +46,25 @@ struct LeftOut {
     const LeafReach* reach = nullptr;  // null: the walk's distance everywhere
 };
 
+/// Pairs of leaves of one wide tree.
+class LeafPairSet {
+ public:
+    LeafPairSet() = default;
+    /// blocks: of the tree. pairs: a <= b.
+    LeafPairSet(int blocks, std::span<const LeafPair> pairs);
+
+    /// Removes the pairs that are in this set. pairs: a <= b; fast where neighbours are of the same blocks.
+    void remove_from(std::vector<LeafPair>& pairs) const;
+
+ private:
+    using Mask = std::array<std::uint16_t, tree_width>;  // a bit per leaf of the second block
+    const Mask* find(int block_a, int block_b) const noexcept;
+
+    std::vector<int> begin_;   // [blocks + 1]
+    std::vector<int> others_;  // second blocks of each block, ascending
+    std::vector<Mask> masks_;  // [others_]
+};
+
 /// Finds the faces of two bodies with wide trees, or of one body with itself, whose boxes are near each
 /// other. Goes level by level, so that the data of later nodes can be prefetched. Owns its scratch memory.
 class WideWalk {
@@ -61,6 +81,9 @@ class WideWalk {
     /// Begins a walk over one body with itself, down to the leaves; next_near_faces() goes on, and the pose
     /// must stay the same until it returns false.
     void begin_one_body(PosedWideTree& body, float distance);
+    /// Likewise, but of the pairs of leaves in `known`, looks at `open` alone.
+    void begin_one_body(PosedWideTree& body, float distance, const LeafPairSet& known,
+                        std::span<const LeafPair> open);
     /// Appends pairs of slots, each pair once, until there are `enough` or no more. Returns whether there may
     /// be more.
     bool next_near_faces(PosedWideTree& body, const LeftOut& left_out, std::size_t enough,

@@ -21,17 +21,6 @@ constexpr double floor_share = 1e-3;      // of the reach: distance at which the
 constexpr double left_share = 0.2;        // of the room above the floor that a motion must leave
 constexpr double tolerance_share = 0.05;  // likewise, by which an impact may be found too early
 
-/// Positions of the vertices of a body's surface, [n, 3].
-Nodes surface_positions(const ContactShape& shape, const Nodes& nodes) {
-    Nodes x(shape.vertex_count(), 3);
-    parallel_for(shape.vertex_count(), [&](int v) {
-        const int begin = shape.W.outerIndexPtr()[v], end = shape.W.outerIndexPtr()[v + 1];
-        x.row(v) = embedded_position(end - begin, shape.W.innerIndexPtr() + begin, shape.W.valuePtr() + begin,
-                                     nodes.data(), nodes.outerStride());
-    });
-    return x;
-}
-
 Nodes displaced(const Nodes& x, const Eigen::Vector3d& by) { return x.rowwise() + by.transpose(); }
 
 bool is_mesh(const Obstacle& obstacle) {
@@ -71,8 +60,14 @@ double edge_area(const MovingSurface& surface, int edge) {
 
 }  // namespace
 
-void Barrier::add_body(std::shared_ptr<const ContactShape> shape, NodesRef rest, double young) {
-    surfaces_.emplace_back(shape->F, surface_positions(*shape, rest), bodies_.size());
+void Barrier::add_body(std::shared_ptr<const ContactShape> shape, const TetMesh& rest, double young) {
+    const auto twin =
+        std::ranges::find_if(surfaces_, [&](const MovingSurface& s) { return &s.shape() == shape.get(); });
+    const int body = bodies_.size();
+    if (twin != surfaces_.end())
+        surfaces_.push_back(MovingSurface(*twin, body));
+    else
+        surfaces_.emplace_back(shape, rest, body);
     bodies_.push_back({std::move(shape), young});
 }
 
@@ -91,11 +86,10 @@ void Barrier::begin() {
 }
 
 void Barrier::check_rest() {
-    for (MovingSurface& surface : surfaces_) surface.move(surface.rest(), surface.rest());
+    for (MovingSurface& surface : surfaces_) surface.move(surface.rest_nodes(), surface.rest_nodes());
     near_ = {};
     near_smooth_.clear();
-    std::vector<Intersection> found = intersection_search_.find(surfaces_);
-    std::erase_if(found, [](const Intersection& i) { return i.surface_a != i.surface_b; });
+    const std::vector<Intersection> found = intersection_search_.find_at_rest(surfaces_);
     if (!found.empty())
         throw std::invalid_argument("a body touches itself at rest: " + intersection_text(found, surfaces_));
 }
@@ -122,9 +116,7 @@ bool Barrier::obstacles_move() const {
 }
 
 void Barrier::place(std::span<const Nodes> begin, std::span<const Nodes> end, double progress) {
-    for (std::size_t b = 0; b < bodies_.size(); ++b)
-        surfaces_[b].move(surface_positions(*bodies_[b].shape, begin[b]),
-                          surface_positions(*bodies_[b].shape, end[b]));
+    for (std::size_t b = 0; b < bodies_.size(); ++b) surfaces_[b].move(begin[b], end[b]);
     for (Wall& wall : walls_) {
         wall.begin = wall.start + progress * dt_ * wall.velocity;
         wall.end = wall.start + dt_ * wall.velocity;
@@ -168,6 +160,21 @@ void Barrier::for_each_near(const Visit& visit) const {
         grain);
 }
 
+/// Whether vertices that hang on these nodes may come near a plane or ball in the motion.
+bool Barrier::may_come_near(const MovingSurface& surface, std::span<const int> nodes,
+                            const Wall& wall) const {
+    Eigen::AlignedBox3d box;
+    double most = 0;
+    for (const int node : nodes) {
+        const Eigen::Vector3d begin = surface.begin_points().row(node), end = surface.end_points().row(node);
+        box.extend(begin - wall.begin);
+        most = std::max(most, (end - wall.end - begin + wall.begin).squaredNorm());
+    }
+    constexpr double all = std::numeric_limits<double>::infinity();
+    const double distance = signed_distance(wall.still, box.center(), 0, all)->distance;
+    return distance <= reach_ + std::sqrt(most) + box.diagonal().norm() / 2;
+}
+
 void Barrier::find_near_smooth() {
     near_smooth_.clear();
     for (std::size_t w = 0; w < walls_.size(); ++w) {
@@ -176,11 +183,22 @@ void Barrier::find_near_smooth() {
         const Eigen::Vector3d moved = wall.end - wall.begin;
         for (int b = 0; b < std::ssize(bodies_); ++b) {
             const MovingSurface& surface = surfaces_[b];
-            for (int v = 0; v < surface.rest().rows(); ++v) {
+            const auto look_at = [&](int v) {
                 const NearSmooth near{b, v, static_cast<int>(w)};
-                const Eigen::Vector3d motion =
-                    (surface.end().row(v) - surface.begin().row(v)).transpose() - moved;
+                const Eigen::Vector3d motion = (surface.end(v) - surface.begin(v)).transpose() - moved;
                 if (distance(near, 0).distance <= reach_ + motion.norm()) near_smooth_.push_back(near);
+            };
+            if (!surface.hangs_on_nodes()) {
+                for (int v = 0; v < surface.rest().rows(); ++v) look_at(v);
+                continue;
+            }
+            const ContactShape& shape = surface.shape();
+            const int patches = shape.patches.count(), width = ContactPatches::width;
+            for (int block = 0; block * width < patches; ++block) {
+                if (!may_come_near(surface, shape.block_nodes[block], wall)) continue;
+                for (int patch = block * width; patch < std::min((block + 1) * width, patches); ++patch)
+                    if (may_come_near(surface, shape.patch_nodes[patch], wall))
+                        for (const int v : shape.patches.vertices[patch]) look_at(v);
             }
         }
     }
@@ -347,7 +365,7 @@ Eigen::Vector3d Barrier::motion(const SurfacePoint& point, int obstacle) const {
     const MovingSurface& s = surfaces_[point.body];
     Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
     for (std::size_t k = 0; k < static_cast<std::size_t>(point.count); ++k)
-        sum += point.weights[k] * (s.end().row(point.vertices[k]) - s.begin().row(point.vertices[k]));
+        sum += point.weights[k] * (s.end(point.vertices[k]) - s.begin(point.vertices[k]));
     return sum;
 }
 
@@ -357,7 +375,7 @@ double Barrier::relative_motion(const FeaturePair& pair) const {
     std::array<Eigen::Vector3d, 4> motion;
     for (std::size_t k = 0; k < 4; ++k) {
         const MovingSurface& s = surfaces_[at[k].surface];
-        motion[k] = s.end().row(at[k].vertex) - s.begin().row(at[k].vertex);
+        motion[k] = s.end(at[k].vertex) - s.begin(at[k].vertex);
     }
     const std::size_t of_a = corners_of_a(pair.kind);
     double most = 0;

@@ -23,9 +23,9 @@ class Barrier {
     /// reach: distance at which surfaces begin to press, metres, > 0. Both must stay as they are.
     Barrier(const ContactConfig& config, double reach) : config_(config), reach_(reach) {}
 
-    /// rest: positions of the body's nodes, [N, 3]. young: modulus of its outer layer, Pa. Add all bodies,
+    /// rest: the body's tetrahedra at rest. young: modulus of its outer layer, Pa. Add all bodies,
     /// then the obstacles, then call begin().
-    void add_body(std::shared_ptr<const ContactShape> shape, NodesRef rest, double young);
+    void add_body(std::shared_ptr<const ContactShape> shape, const TetMesh& rest, double young);
     void add_obstacle(const Obstacle& obstacle);
     void begin();
     /// Throws std::invalid_argument, naming faces, for a body that touches itself at rest. Ends the motion
@@ -91,6 +91,7 @@ class Barrier {
     };
 
     void place(std::span<const Nodes> begin, std::span<const Nodes> end, double progress);
+    bool may_come_near(const MovingSurface& surface, std::span<const int> nodes, const Wall& wall) const;
     void find_near_smooth();
     double limit(const NearFeatures& near) const;
     double limit(const NearSmooth& near) const;

@@ -11,8 +11,8 @@ double boxes_apart(const FeaturePair& pair, const std::vector<MovingSurface>& su
     PairBoxes boxes(pair.kind);
     for (std::size_t k = 0; k < 4; ++k) {
         const MovingSurface& surface = surfaces[at[k].surface];
-        boxes.add(k, surface.begin().row(at[k].vertex).transpose().array());
-        boxes.add(k, surface.end().row(at[k].vertex).transpose().array() - frame);
+        boxes.add(k, surface.begin(at[k].vertex).transpose().array());
+        boxes.add(k, surface.end(at[k].vertex).transpose().array() - frame);
     }
     return boxes.gaps().maxCoeff();
 }
@@ -21,7 +21,7 @@ double boxes_apart_at_begin(const FeaturePair& pair, const std::vector<MovingSur
     const auto at = corners(pair, surfaces);
     PairBoxes boxes(pair.kind);
     for (std::size_t k = 0; k < 4; ++k)
-        boxes.add(k, surfaces[at[k].surface].begin().row(at[k].vertex).transpose().array());
+        boxes.add(k, surfaces[at[k].surface].begin(at[k].vertex).transpose().array());
     return boxes.gaps().maxCoeff();
 }
 

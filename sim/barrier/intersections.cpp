@@ -11,8 +11,8 @@ namespace nbd {
 namespace {
 
 TriangleCorners face_corners(const MovingSurface& surface, int face) {
-    return {surface.end().row(surface.F()(face, 0)), surface.end().row(surface.F()(face, 1)),
-            surface.end().row(surface.F()(face, 2))};
+    return {surface.end(surface.F()(face, 0)), surface.end(surface.F()(face, 1)),
+            surface.end(surface.F()(face, 2))};
 }
 
 /// Whether the side of face a opposite to its corner k meets face b.
@@ -53,24 +53,39 @@ bool have_common_vertex(const Faces& F, int a, int b) {
     return false;
 }
 
+/// Appends the faces of a surface with a common vertex, each pair once.
+void add_neighbours(const MovingSurface& surface, int number, std::vector<Intersection>& neighbours) {
+    const SurfaceTopology& topology = surface.topology();
+    const auto first = std::ssize(neighbours);
+    for (int a = 0; a < surface.F().rows(); ++a)
+        for (int k = 0; k < 3; ++k) {
+            const std::size_t v = surface.F()(a, k);
+            for (int i = topology.vertex_begin[v]; i < topology.vertex_begin[v + 1]; ++i)
+                if (const int b = topology.vertex_faces[i]; a < b)
+                    neighbours.push_back({number, number, a, b});
+        }
+    std::sort(neighbours.begin() + first, neighbours.end());
+    neighbours.erase(std::unique(neighbours.begin() + first, neighbours.end()), neighbours.end());
+}
+
 }  // namespace
 
 void IntersectionSearch::begin(const std::vector<MovingSurface>& surfaces) {
     neighbours_.clear();
+    for (int s = 0; s < std::ssize(surfaces); ++s)
+        if (!surfaces[s].is_obstacle() && !surfaces[s].proof()) add_neighbours(surfaces[s], s, neighbours_);
+}
+
+std::vector<Intersection> IntersectionSearch::find_at_rest(std::vector<MovingSurface>& surfaces) {
+    candidates_ = neighbours_;
     for (int s = 0; s < std::ssize(surfaces); ++s) {
-        const MovingSurface& surface = surfaces[s];
-        if (surface.is_obstacle()) continue;
-        const SurfaceTopology& topology = surface.topology();
-        for (int a = 0; a < surface.F().rows(); ++a)
-            for (int k = 0; k < 3; ++k) {
-                const std::size_t v = surface.F()(a, k);
-                for (int i = topology.vertex_begin[v]; i < topology.vertex_begin[v + 1]; ++i)
-                    if (const int b = topology.vertex_faces[i]; a < b) neighbours_.push_back({s, s, a, b});
-            }
+        if (surfaces[s].is_obstacle()) continue;
+        if (surfaces[s].proof()) add_neighbours(surfaces[s], s, candidates_);
+        const auto distance = static_cast<float>(2 * surfaces[s].rounding());
+        for (const FacePair& faces : self_query_.boxes_within(surfaces[s].tree(), distance))
+            candidates_.push_back({s, s, faces.a, faces.b});
     }
-    std::ranges::sort(neighbours_);
-    const auto repeats = std::ranges::unique(neighbours_);
-    neighbours_.erase(repeats.begin(), repeats.end());
+    return keep_intersecting(surfaces);
 }
 
 std::vector<Intersection> IntersectionSearch::find(std::vector<MovingSurface>& surfaces) {
@@ -79,8 +94,10 @@ std::vector<Intersection> IntersectionSearch::find(std::vector<MovingSurface>& s
     for (int a = 0; a < count; ++a) {
         MovingSurface& s = surfaces[a];
         if (!s.is_obstacle())
-            for (const FacePair& faces :
-                 self_query_.boxes_within(s.tree(), static_cast<float>(2 * s.rounding())))
+            for (const FacePair& faces : open_pairs(s, static_cast<float>(2 * s.rounding())))
+                candidates_.push_back({a, a, faces.a, faces.b});
+        if (s.proof())
+            for (const FacePair& faces : s.proof()->open_faces())
                 candidates_.push_back({a, a, faces.a, faces.b});
         for (int b = a + 1; b < count; ++b) {
             MovingSurface& t = surfaces[b];
@@ -90,6 +107,17 @@ std::vector<Intersection> IntersectionSearch::find(std::vector<MovingSurface>& s
                 candidates_.push_back({a, b, faces.a, faces.b});
         }
     }
+    return keep_intersecting(surfaces);
+}
+
+std::span<const FacePair> IntersectionSearch::open_pairs(MovingSurface& surface, float distance) {
+    const std::optional<HostProof>& proof = surface.proof();
+    if (!proof) return self_query_.boxes_within(surface.tree(), distance);
+    return self_query_.boxes_within(surface.tree(), distance, proof->known_leaves(), proof->open_leaves());
+}
+
+std::vector<Intersection> IntersectionSearch::keep_intersecting(
+    const std::vector<MovingSurface>& surfaces) const {
     std::vector<char> meets(candidates_.size());
     parallel_for(candidates_.size(), [&](int i) {
         const Intersection& pair = candidates_[i];

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -24,13 +25,21 @@ class IntersectionSearch {
     /// Call once, when all surfaces are there.
     void begin(const std::vector<MovingSurface>& surfaces);
 
-    /// All of them, sorted.
+    /// All of them, sorted. Of surfaces with a HostProof without those that this excludes.
     std::vector<Intersection> find(std::vector<MovingSurface>& surfaces);
+    /// All that the surfaces of bodies have with themselves. A HostProof takes it that at rest there are
+    /// none.
+    std::vector<Intersection> find_at_rest(std::vector<MovingSurface>& surfaces);
 
  private:
+    std::span<const FacePair> open_pairs(MovingSurface& surface, float distance);
+    std::vector<Intersection> keep_intersecting(const std::vector<MovingSurface>& surfaces) const;
+
     PairQuery pair_query_;
     SelfQuery self_query_;
-    std::vector<Intersection> candidates_, neighbours_;  // neighbours_: faces with a common vertex
+
+    std::vector<Intersection> candidates_;
+    std::vector<Intersection> neighbours_;  // faces with a common vertex, of surfaces without a HostProof
 };
 
 /// A line that names the first intersections and their number. Not empty.

@@ -3,54 +3,82 @@
 #include <Eigen/Core>
 #include <array>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "collision/continuous/feature_pair.hpp"
 #include "collision/tree/posed_tree.hpp"
-#include "sim/patches/surface_normals.hpp"
+#include "sim/barrier/host_proof.hpp"
+#include "sim/patches/contact_shape.hpp"
 
 namespace nbd {
 
 /// A surface whose vertices move straight from one pose to another, with a tree for queries over the motion.
 /// Positions are in double precision, metres.
+///
+/// A surface that is much finer than the nodes that carry it, and does not leave their tetrahedra, hangs on
+/// them: a motion costs what is asked of it, and its trees are bounded by the nodes. All others are placed
+/// vertex by vertex.
 class MovingSurface {
  public:
-    /// rest: positions in which the surface does not touch itself, [n, 3]. body: number of the body, or -1
-    /// for an obstacle.
-    MovingSurface(const Faces& F, Nodes rest, int body);
+    /// Of a body. tets: at rest, where the surface does not touch itself. body: its number.
+    MovingSurface(std::shared_ptr<const ContactShape> shape, const TetMesh& tets, int body);
+    /// Of another body of the same shape.
+    MovingSurface(const MovingSurface& twin, int body);
+    /// Of an obstacle, or of a body whose vertices are its nodes. rest: [n, 3]. body: -1 for an obstacle.
+    MovingSurface(const Faces& F, const Nodes& rest, int body);
 
-    /// Both [n, 3].
+    /// Positions of the nodes at both ends of the motion, both [N, 3].
     void move(Nodes begin, Nodes end);
 
     int body() const noexcept { return body_; }
     bool is_obstacle() const noexcept { return body_ < 0; }
-    const Faces& F() const noexcept { return F_; }
-    const SurfaceTopology& topology() const noexcept { return topology_; }
-    NumberedSurface numbered(int surface) const noexcept { return {surface, F_, topology_}; }
+    const ContactShape& shape() const noexcept { return *shape_; }
+    const Faces& F() const noexcept { return shape_->F; }
+    const SurfaceTopology& topology() const noexcept { return shape_->topology; }
+    NumberedSurface numbered(int surface) const noexcept { return {surface, F(), topology()}; }
     const Nodes& rest() const noexcept { return rest_; }
-    const Eigen::VectorXd& rest_areas() const noexcept { return areas_; }  // [n] m2
-    const Nodes& begin() const noexcept { return begin_; }
-    const Nodes& end() const noexcept { return end_; }
+    const Nodes& rest_nodes() const noexcept { return rest_nodes_; }
+    const Eigen::VectorXd& rest_areas() const noexcept { return shape_->rest_areas; }  // [n] m2
+
+    bool hangs_on_nodes() const noexcept { return hangs_on_nodes_; }
+    /// What the motion is given by, at both ends: nodes of a surface that hangs on them, else the vertices.
+    /// The vertices are their means with weights that are not negative.
+    const Nodes& begin_points() const noexcept { return begin_; }
+    const Nodes& end_points() const noexcept { return end_; }
+
+    Eigen::RowVector3d begin(int vertex) const noexcept { return position(vertex, begin_); }
+    Eigen::RowVector3d end(int vertex) const noexcept { return position(vertex, end_); }
     /// Position of a vertex after a share of the motion.
     Eigen::Vector3d at(int vertex, double share) const noexcept {
-        return begin_.row(vertex) + share * (end_.row(vertex) - begin_.row(vertex));
+        const Eigen::RowVector3d from = begin(vertex);
+        return from + share * (end(vertex) - from);
     }
     /// In this motion; see PosedTree::begin_step().
     PosedTree& tree() noexcept { return tree_; }
-    /// The same relative to the mean motion of the vertices, for queries of the surface with itself.
+    /// The same relative to the mean motion of the points, for queries of the surface with itself.
     PosedTree& own_tree() noexcept { return own_tree_; }
     const Eigen::Vector3d& mean_motion() const noexcept { return mean_motion_; }
+    /// Tells which of its faces need no look in this motion. None unless the surface is much
+    /// finer than its nodes.
+    const std::optional<HostProof>& proof() const noexcept { return proof_; }
     /// By how much the positions that the tree sees may be off, metres.
     double rounding() const noexcept;
 
  private:
+    Eigen::RowVector3d position(int vertex, const Nodes& points) const noexcept;
+    void find_hosts(const TetMesh& tets);
+    void begin_step(PosedTree& tree, const Vertices& begin, const Vertices& end) const;
+
+    std::shared_ptr<const ContactShape> shape_;
     int body_;
-    Faces F_;
-    SurfaceTopology topology_;
-    Nodes rest_, begin_, end_;
-    Eigen::VectorXd areas_;
+    bool hangs_on_nodes_;
+    Nodes rest_nodes_, rest_, begin_, end_;
     Eigen::Vector3d mean_motion_ = Eigen::Vector3d::Zero();
+    std::shared_ptr<const CollisionTree> shared_tree_;
     PosedTree tree_, own_tree_;
+    std::shared_ptr<const HostNeighbours> hosts_;
+    std::optional<HostProof> proof_;
     Vertices begin_float_, end_float_, own_end_float_;  // of the trees' steps
 };
 

@@ -19,24 +19,70 @@ double outside(const Nodes& x, const Nodes& low, const Nodes& high) {
     return std::max({(low - x).maxCoeff(), (x - high).maxCoeff(), 0.0});
 }
 
+/// Features of two faces of one surface in a motion.
+class MovingFaces {
+ public:
+    MovingFaces(const MovingSurface& surface, FacePair faces) {
+        for (std::size_t k = 0; k < 6; ++k) {
+            const int v = k < 3 ? surface.F()(faces.a, k) : surface.F()(faces.b, k - 3);
+            vertices_[k] = v;
+            rest_[k] = surface.rest().row(v);
+            begin_[k] = surface.begin(v);
+            end_[k] = surface.end(v).transpose() - surface.mean_motion();
+            low_[k] = begin_[k].cwiseMin(end_[k]);
+            high_[k] = begin_[k].cwiseMax(end_[k]);
+        }
+    }
+    /// The distance at which features press, if they may come so near: at most `reach`, and a share of their
+    /// distance at rest. 0 if they do not, or have a common vertex.
+    double reach_of(FeatureKind kind, const PlacesInFaces& places, double reach) const {
+        const std::size_t of_a = corners_of_a(kind);
+        PairBoxes boxes(kind);
+        double most = 0;  // by which corners of the two features approach each other
+        for (std::size_t k = 0; k < 4; ++k) {
+            const std::size_t i = places[k];
+            boxes.add(k, low_[i].array());
+            boxes.add(k, high_[i].array());
+            for (std::size_t l = of_a; k < of_a && l < 4; ++l) {
+                const std::size_t j = places[l];
+                if (vertices_[i] == vertices_[j]) return 0;
+                most = std::max(most, (end_[i] - begin_[i] - end_[j] + begin_[j]).squaredNorm());
+            }
+        }
+        const double apart = boxes.gaps().maxCoeff();
+        if (apart > reach) return 0;
+        const auto distance = [&](const std::array<Eigen::Vector3d, 6>& x) {
+            return closest_points(kind, {x[places[0]], x[places[1]], x[places[2]], x[places[3]]}).distance;
+        };
+        const double begin = distance(begin_) - std::sqrt(most);
+        if (begin > reach) return 0;
+        reach = std::min(reach, rest_share * distance(rest_));
+        return apart <= reach && begin <= reach ? reach : 0;
+    }
+
+ private:
+    std::array<int, 6> vertices_;
+    std::array<Eigen::Vector3d, 6> rest_, begin_, end_, low_, high_;
+};
+
 }  // namespace
 
 void NearFeatureSearch::begin(const std::vector<MovingSurface>& surfaces) {
     neighbours_.clear();
     references_.clear();
     for (std::size_t s = 0; s < surfaces.size(); ++s)
-        if (!surfaces[s].is_obstacle()) neighbours_.emplace_back(surfaces, s);
+        if (!surfaces[s].is_obstacle() && !surfaces[s].proof()) neighbours_.emplace_back(surfaces, s);
 }
 
 NearFeatureSearch::Deviation NearFeatureSearch::deviation(std::size_t surface,
                                                           const MovingSurface& moved) const {
     const Reference& reference = references_[surface];
-    const double error = difference_rounding *
-                         std::max(moved.begin().cwiseAbs().maxCoeff(), moved.end().cwiseAbs().maxCoeff());
+    const double error = difference_rounding * std::max(moved.begin_points().cwiseAbs().maxCoeff(),
+                                                        moved.end_points().cwiseAbs().maxCoeff());
     Deviation result;
-    for (const Nodes* x : {&moved.begin(), &moved.end()}) {
+    for (const Nodes* x : {&moved.begin_points(), &moved.end_points()}) {
         result.whole = std::max(result.whole, outside(*x, reference.low, reference.high));
-        if (moved.is_obstacle()) continue;
+        if (moved.is_obstacle() || moved.proof()) continue;
         result.own = std::max(result.own, outside(about_mean(*x), reference.own_low, reference.own_high));
     }
     return {result.whole + error, result.own + error};
@@ -48,7 +94,7 @@ bool NearFeatureSearch::reference_holds(const std::vector<MovingSurface>& surfac
     deviations_.clear();
     double most = 0, second = 0;  // of two surfaces
     for (std::size_t s = 0; s < surfaces.size(); ++s) {
-        if (!surfaces[s].begin().allFinite() || !surfaces[s].end().allFinite()) return false;
+        if (!surfaces[s].begin_points().allFinite() || !surfaces[s].end_points().allFinite()) return false;
         deviations_.push_back(deviation(s, surfaces[s]));
         if (2 * deviations_[s].own > room_) return false;
         if (deviations_[s].whole > most)
@@ -63,6 +109,9 @@ std::span<const NearFeatures> NearFeatureSearch::find(std::vector<MovingSurface>
     costs_ = {};
     if (!reference_holds(surfaces, reach)) ask_trees(surfaces, reach);
     keep_near(surfaces, reach);
+    for (int s = 0; s < std::ssize(surfaces); ++s)
+        if (surfaces[s].proof()) keep_near_unproved(surfaces, s, reach);
+    std::ranges::sort(kept_);
     return kept_;
 }
 
@@ -75,10 +124,10 @@ void NearFeatureSearch::ask_trees(std::vector<MovingSurface>& surfaces, double r
     deviations_.assign(surfaces.size(), {});
     for (const MovingSurface& s : surfaces) {
         Reference reference;
-        reference.low = s.begin().cwiseMin(s.end());
-        reference.high = s.begin().cwiseMax(s.end());
+        reference.low = s.begin_points().cwiseMin(s.end_points());
+        reference.high = s.begin_points().cwiseMax(s.end_points());
         if (!s.is_obstacle()) {
-            const Nodes begin = about_mean(s.begin()), end = about_mean(s.end());
+            const Nodes begin = about_mean(s.begin_points()), end = about_mean(s.end_points());
             reference.own_low = begin.cwiseMin(end);
             reference.own_high = begin.cwiseMax(end);
         }
@@ -90,12 +139,12 @@ void NearFeatureSearch::ask_trees(std::vector<MovingSurface>& surfaces, double r
         const auto numbered = [&](int s) { return surfaces[s].numbered(s); };
         for (const FacePair& faces : pairs)
             for_each_owned_pair(numbered(a), numbered(b), faces,
-                                [&](const FeaturePair& pair) { found_.push_back({pair}); });
+                                [&](const FeaturePair& pair, auto) { found_.push_back({pair}); });
     };
     const int count = surfaces.size();
     for (int a = 0; a < count; ++a) {
         MovingSurface& s = surfaces[a];
-        if (!s.is_obstacle()) {
+        if (!s.is_obstacle() && !s.proof()) {
             const auto distance = static_cast<float>(reach + room_ + 2 * s.rounding());
             add(a, a, [&] { return self_query_.boxes_within(s.own_tree(), distance); });
         }
@@ -135,7 +184,42 @@ void NearFeatureSearch::keep_near(const std::vector<MovingSurface>& surfaces, do
     for (std::size_t i = 0; i < found_.size(); ++i)
         if (keeps_[i]) kept_.push_back(found_[i]);
     for (NeighbourWatch& watch : neighbours_) watch.find(surfaces, reach, kept_);
-    std::ranges::sort(kept_);
+}
+
+/// Keeps what comes within its reach on a surface with a HostProof.
+void NearFeatureSearch::keep_near_unproved(std::vector<MovingSurface>& surfaces, int surface, double reach) {
+    MovingSurface& s = surfaces[surface];
+    const HostProof& proof = *s.proof();
+    const auto distance = static_cast<float>(reach + 2 * s.rounding());
+    const std::span<const FacePair> pairs = timed(costs_.collision_us, [&] {
+        return self_query_.boxes_within(s.own_tree(), distance, proof.known_leaves(), proof.open_leaves());
+    });
+    costs_.face_pairs += std::ssize(pairs);
+    faces_.assign(pairs.begin(), pairs.end());
+    faces_.insert(faces_.end(), proof.open_faces().begin(), proof.open_faces().end());
+    // Bits of the pairs of features that come near, in the order of for_each_owned_pair().
+    near_bits_.assign(faces_.size(), 0);
+    const NumberedSurface numbered = s.numbered(surface);
+    parallel_for(faces_.size(), [&](int i) {
+        if (proof.hang_on_one_host(faces_[i])) return;
+        const MovingFaces moving(s, faces_[i]);
+        int bit = 0;
+        for_each_owned_pair(numbered, numbered, faces_[i],
+                            [&](const FeaturePair& pair, const PlacesInFaces& places) {
+                                if (moving.reach_of(pair.kind, places, reach) > 0) near_bits_[i] |= 1u << bit;
+                                ++bit;
+                            });
+    });
+    for (std::size_t i = 0; i < faces_.size(); ++i) {
+        if (near_bits_[i] == 0) continue;
+        const MovingFaces moving(s, faces_[i]);
+        int bit = 0;
+        for_each_owned_pair(numbered, numbered, faces_[i],
+                            [&](const FeaturePair& pair, const PlacesInFaces& places) {
+                                if ((near_bits_[i] >> bit++ & 1) != 0)
+                                    kept_.push_back({pair, moving.reach_of(pair.kind, places, reach)});
+                            });
+    }
 }
 
 }  // namespace nbd

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -15,7 +16,8 @@ namespace nbd {
 /// not compared with each other, nor with themselves.
 ///
 /// The trees are asked for somewhat more than is near, so that a motion close to the one they were asked for
-/// takes a look at their answer alone. What is found does not depend on that.
+/// takes a look at their answer alone. What is found does not depend on that. A surface with a HostProof is
+/// asked for its own pairs each time: only of the leaves for which the proof fails.
 class NearFeatureSearch {
  public:
     /// Call once, when all surfaces are there. Pairs within a surface that touch at rest never press; see
@@ -37,7 +39,7 @@ class NearFeatureSearch {
     };
     /// The motion of a surface that the trees were asked for.
     struct Reference {
-        Nodes low, high;          // corners of the box of each vertex over it, [n, 3]
+        Nodes low, high;          // corners of the box of each of its points over it, [points, 3]
         Nodes own_low, own_high;  // likewise, of positions about their mean
     };
     /// By how much a surface may leave its reference: as it moves, and about its mean.
@@ -49,16 +51,19 @@ class NearFeatureSearch {
     bool reference_holds(const std::vector<MovingSurface>& surfaces, double reach);
     void ask_trees(std::vector<MovingSurface>& surfaces, double reach);
     void keep_near(const std::vector<MovingSurface>& surfaces, double reach);
+    void keep_near_unproved(std::vector<MovingSurface>& surfaces, int surface, double reach);
 
     PairQuery pair_query_;
     SelfQuery self_query_;
-    std::vector<NeighbourWatch> neighbours_;  // of the bodies' surfaces
+    std::vector<NeighbourWatch> neighbours_;  // of the bodies' surfaces without a HostProof
     std::vector<Reference> references_;       // [surfaces]; empty: the trees were not asked
     double asked_reach_ = 0, room_ = 0;       // candidates have all within asked_reach_ + room_
     std::vector<Candidate> candidates_;
     std::vector<Deviation> deviations_;  // [surfaces]
     std::vector<NearFeatures> found_, kept_;
     std::vector<char> keeps_;  // [found_]
+    std::vector<FacePair> faces_;
+    std::vector<std::uint16_t> near_bits_;  // [faces_]
     StepReport costs_;
 };
 

@@ -21,7 +21,7 @@ NeighbourWatch::NeighbourWatch(const std::vector<MovingSurface>& surfaces, int s
 }
 
 void NeighbourWatch::refer_to_begin(const std::vector<MovingSurface>& surfaces) {
-    reference_ = about_mean(surfaces[surface_].begin());
+    reference_ = about_mean(surfaces[surface_].begin_points());
     apart_.resize(pairs_.size());
     parallel_for(pairs_.size(), [&](int i) {
         const std::size_t p = i;
@@ -32,14 +32,14 @@ void NeighbourWatch::refer_to_begin(const std::vector<MovingSurface>& surfaces) 
 void NeighbourWatch::find(const std::vector<MovingSurface>& surfaces, double reach,
                           std::vector<NearFeatures>& near) {
     const MovingSurface& own = surfaces[surface_];
-    const Nodes begin = about_mean(own.begin()), end = about_mean(own.end());
+    const Nodes begin = about_mean(own.begin_points()), end = about_mean(own.end_points());
     const double motion = (end - begin).cwiseAbs().maxCoeff();
     const auto distance = [&] {
         return std::max((begin - reference_).cwiseAbs().maxCoeff(), (end - reference_).cwiseAbs().maxCoeff());
     };
     if (reference_.rows() == 0 || distance() > renewal * motion) refer_to_begin(surfaces);
     // Each of two features may have come nearer by `distance` along every axis.
-    const double most = 2 * distance() + difference_rounding * (1 + own.begin().cwiseAbs().maxCoeff());
+    const double most = 2 * distance() + difference_rounding * (1 + own.begin_points().cwiseAbs().maxCoeff());
     looked_at_.clear();
     for (std::size_t i = 0; i < pairs_.size(); ++i)
         if (apart_[i] <= std::min(pairs_[i].reach, reach) + most) looked_at_.push_back(i);

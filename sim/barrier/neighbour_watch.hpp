@@ -8,11 +8,11 @@
 namespace nbd {
 
 /// Share of its distance at rest at which a pair of features of one surface presses.
-inline constexpr double rest_share = 0.5;
+inline constexpr double rest_share = HostProof::least_share;
 
 /// Watches the features of one surface that queries of its tree leave out, see neighbour_features(). It knows
 /// by how much each pair was apart in a reference pose, and looks only at those that the motion since then
-/// may have brought near.
+/// may have brought near. Of a surface that hangs on nodes, a HostProof tells more for less.
 class NeighbourWatch {
  public:
     /// surface: number of a body's surface.

@@ -98,13 +98,17 @@ std::vector<int> most_spread(std::span<const int> group, const Nodes& rest, cons
 
 }  // namespace
 
+bool is_much_finer(Eigen::Index vertices, std::size_t carriers) noexcept {
+    return vertices >= least_per_node * static_cast<Eigen::Index>(carriers);
+}
+
 ContactSamples contact_samples(const Faces& F, const Nodes& rest, const Eigen::VectorXd& rest_areas,
                                int carriers) {
     const std::size_t count = rest.rows();
     const double per_node = static_cast<double>(rest.rows()) / std::max(carriers, 1),
                  per_cell = std::max(least_per_cell, per_node / cells_per_node),
                  cell = std::sqrt(per_cell * rest_areas.mean());
-    if (rest.rows() < least_per_node * carriers || !(cell > 0))
+    if (!nbd::is_much_finer(rest.rows(), carriers) || !(cell > 0))
         return {std::vector<bool>(count, true), rest_areas};
     ContactSamples samples{std::vector<bool>(count, false), Eigen::VectorXd::Zero(rest.rows())};
     const Nodes normals = vertex_normals(F, rest);
@@ -180,6 +184,7 @@ ContactShape::ContactShape(Embedding weights, Faces faces, NodesRef X, const Wid
         for (Embedding::InnerIterator entry(W, v); entry; ++entry) negative -= std::min(entry.value(), 0.0);
         overhang = std::max(overhang, negative);
     }
+    is_much_finer = nbd::is_much_finer(vertex_count(), carriers.size());
     const Nodes rest = embedded(W, X);
     rest_areas = vertex_areas(F, rest);
     ContactSamples samples = contact_samples(F, rest, rest_areas, carriers.size());

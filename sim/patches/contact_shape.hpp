@@ -53,6 +53,9 @@ struct ContactSamples {
     Eigen::VectorXd areas;   // [n] m2: of the vertices that each one stands for; 0 unless kept
 };
 
+/// Whether a surface is much finer than the nodes that carry it, so that ContactSamples keep not all.
+bool is_much_finer(Eigen::Index vertices, std::size_t carriers) noexcept;
+
 /// rest: positions at rest, [n, 3]. rest_areas: [n] m2. carriers: number of nodes that carry the surface.
 ContactSamples contact_samples(const Faces& F, const Nodes& rest, const Eigen::VectorXd& rest_areas,
                                int carriers);
@@ -76,6 +79,7 @@ struct ContactShape {
     IndexLists patch_nodes;        // that carry the vertices of each patch's faces
     IndexLists block_nodes;        // likewise of each block of the tree: of width patches
     std::vector<int> carriers;     // nodes that carry any vertex, ascending
+    bool is_much_finer = false;    // than the nodes that carry it, see ContactSamples
     double overhang = 0;           // largest sum of the negative weights of a vertex, >= 0
     Eigen::VectorXd rest_areas;    // [n] m2
     IndexLists patch_samples;      // of the vertices of each patch, those that are ContactSamples

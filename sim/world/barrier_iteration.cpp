@@ -33,7 +33,7 @@ Barrier& World::barrier() {
     if (barrier_) return *barrier_;
     auto made = std::make_unique<Barrier>(config_.contact, thickness());
     for (const Body& body : bodies_)
-        made->add_body(body.surface.shape(), body.elastic->rest().X, body.contact_young);
+        made->add_body(body.surface.shape(), body.elastic->rest(), body.contact_young);
     for (const Obstacle& obstacle : obstacles_) made->add_obstacle(obstacle);
     made->begin();
     barrier_ = std::move(made);

@@ -66,15 +66,15 @@ std::vector<StartMove> World::resolve_start() {
             if (pair.first == pair.second || a.is_obstacle() || b.is_obstacle() ||
                 !(can_move(a.body()) || can_move(b.body())))
                 continue;
-            Eigen::Vector3d along = middle(a.begin()) - middle(b.begin());
+            Eigen::Vector3d along = middle(a.begin_points()) - middle(b.begin_points());
             along = along.norm() > 0 ? along.normalized() : Eigen::Vector3d::UnitX();
             // The ends of the faces that intersect: of a the farthest behind, of b the farthest ahead.
             double least_of_a = std::numeric_limits<double>::infinity();
             double most_of_b = -std::numeric_limits<double>::infinity();
             for (const Intersection& i : intersections)
                 for (int k = 0; k < 3; ++k) {
-                    least_of_a = std::min(least_of_a, a.begin().row(a.F()(i.a, k)).dot(along));
-                    most_of_b = std::max(most_of_b, b.begin().row(b.F()(i.b, k)).dot(along));
+                    least_of_a = std::min(least_of_a, a.begin(a.F()(i.a, k)).dot(along));
+                    most_of_b = std::max(most_of_b, b.begin(b.F()(i.b, k)).dot(along));
                 }
             const double push = std::max(most_of_b - least_of_a, 0.0) + room;
             part(a.body(), b.body(), push * along);

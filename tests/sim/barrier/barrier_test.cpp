@@ -93,8 +93,7 @@ double slope(Barrier& barrier, double share) {
         const auto add = [&](const SurfacePoint& point, double sign) {
             for (std::size_t k = 0; k < static_cast<std::size_t>(point.count); ++k) {
                 const MovingSurface& s = barrier.surfaces()[point.body];
-                const Eigen::Vector3d step =
-                    s.end().row(point.vertices[k]) - s.begin().row(point.vertices[k]);
+                const Eigen::Vector3d step = s.end(point.vertices[k]) - s.begin(point.vertices[k]);
                 motion += sign * point.weights[k] * step;
             }
         };
@@ -110,7 +109,7 @@ class BarrierTest : public ::testing::Test {
  protected:
     BarrierTest() : barrier_({}, reach) {
         const auto shape = std::make_shared<const ContactShape>(box_.W, box_.surface.F, box_.tets.X);
-        for (int b = 0; b < 2; ++b) barrier_.add_body(shape, box_.tets.X, 1e5);
+        for (int b = 0; b < 2; ++b) barrier_.add_body(shape, box_.tets, 1e5);
         barrier_.add_obstacle({.shape = PlaneShape{.point = {0, 0, -0.53}}, .velocity = {0, 0, 1}});
         barrier_.add_obstacle({.shape = BallShape{.centre = {-0.9, 0, 0}, .radius = 0.375}});
         TriMesh wall = box_.surface;
@@ -172,7 +171,7 @@ TEST(BarrierOfParallelEdges, ForcesDoNotJumpAsTheyTurn) {
     const Body box = test::box_body({1, 1, 1}, {1, 1, 1});
     const auto shape = std::make_shared<const ContactShape>(box.W, box.surface.F, box.tets.X);
     Barrier barrier({}, reach);
-    for (int b = 0; b < 2; ++b) barrier.add_body(shape, box.tets.X, 1e5);
+    for (int b = 0; b < 2; ++b) barrier.add_body(shape, box.tets, 1e5);
     barrier.begin();
     const Eigen::Matrix3d on_edge = Eigen::AngleAxisd(std::atan(1.0), Eigen::Vector3d::UnitX()).matrix();
     const auto lower = [&](double angle) {

@@ -109,8 +109,8 @@ TEST(NearFeatures, DoNotDependOnTheMotionsBefore) {
     search.begin(surfaces);
     std::vector<Nodes> begin, end;
     for (const MovingSurface& s : surfaces) {
-        begin.push_back(s.begin());
-        end.push_back(s.end());
+        begin.push_back(s.begin_points());
+        end.push_back(s.end_points());
     }
     int asked = 0, looked = 0;
     std::size_t least = 1'000'000, most = 0;
