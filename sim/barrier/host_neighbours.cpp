@@ -31,6 +31,10 @@ HostNeighbours::Hull::Place HostNeighbours::Hull::place(const Eigen::Vector3d& x
     return {along, left.norm()};
 }
 
+Eigen::Vector3d HostNeighbours::Hull::nearest(const Eigen::Vector3d& x) const {
+    return origin_ + axes_ * place(x).along;
+}
+
 double HostNeighbours::Hull::way(const Eigen::Vector3d& x, const Eigen::Vector3d& y) const {
     const Place from = place(x), to = place(y);
     const double off = from.off + to.off;
@@ -84,7 +88,9 @@ void HostNeighbours::find_hosts(const TetMesh& tets) {
         Eigen::Matrix3d edges;
         for (int k = 0; k < 3; ++k)
             edges.col(k) = (tets.X.row(nodes[k + 1]) - tets.X.row(nodes[0])).transpose();
-        hosts_.push_back({nodes, edges.inverse(), {}, {}});
+        Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+        for (const int node : nodes) centre += tets.X.row(node).transpose() / 4;
+        hosts_.push_back({nodes, edges.inverse(), centre, {}, {}});
         return host_of_tet[t] = static_cast<int>(hosts_.size()) - 1;
     };
     host_of_.assign(W.rows(), none);
@@ -129,6 +135,20 @@ bool HostNeighbours::touch(int host_a, int host_b) const noexcept {
 const HostNeighbours::Hull& HostNeighbours::hull(int host_a, int host_b) const {
     const std::vector<int>& touching = hosts_[host_a].touching;
     return hulls_[hulls_begin_[host_a] + (std::ranges::lower_bound(touching, host_b) - touching.begin())];
+}
+
+/// Of the hosts that touch both of two that do not touch, the one nearest to their middle; `none`: no host
+/// does.
+int HostNeighbours::host_between(int a, int b) const {
+    const Eigen::Vector3d middle = (hosts_[a].centre + hosts_[b].centre) / 2;
+    double least = unknown;
+    int best = none;
+    for (const int host : hosts_[a].touching)
+        if (const double off = (hosts_[host].centre - middle).squaredNorm(); off < least && touch(host, b)) {
+            least = off;
+            best = host;
+        }
+    return best;
 }
 
 /// How far a vertex is from what its host and another one have in common.
@@ -260,6 +280,7 @@ HostNeighbours::Measured HostNeighbours::measured(const WideTree& tree, LeafPair
             if (std::ranges::find(candidates, host_of_[v]) == candidates.end())
                 candidates.push_back(host_of_[v]);
         }
+    if (std::ranges::find(candidates, none) != candidates.end()) return result;
     // The host from which no vertex is far.
     std::vector<double> ways(vertices.size()), best;
     double least = unknown;
@@ -272,13 +293,46 @@ HostNeighbours::Measured HostNeighbours::measured(const WideTree& tree, LeafPair
         result.host = host;
         best = ways;
     }
-    if (result.host == none) return result;
+    if (result.host == none) {
+        // No host touches all others: one in their middle reaches them by hosts between.
+        Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+        for (const int v : vertices) middle += at(v) / static_cast<double>(vertices.size());
+        const int host = *std::ranges::min_element(
+            candidates, {}, [&](int h) { return (hosts_[h].centre - middle).squaredNorm(); });
+        std::vector<int> between;  // of the candidates
+        for (const int other : candidates) {
+            between.push_back(touch(host, other) ? host : host_between(other, host));
+            if (between.back() == none) return result;
+        }
+        for (std::size_t i = 0; i < vertices.size(); ++i) {
+            const int own = host_of_[vertices[i]];
+            const int by = between[std::ranges::find(candidates, own) - candidates.begin()];
+            if (by == host) {
+                ways[i] = way_to(vertices[i], host);
+                continue;
+            }
+            const Eigen::Vector3d x = at(vertices[i]), on_hull = hull(own, by).nearest(x);
+            ways[i] = (x - on_hull).norm() + hull(by, host).distance(on_hull);
+        }
+        for (const int by : between)
+            if (std::ranges::find(candidates, by) == candidates.end()) candidates.push_back(by);
+        result.host = host;
+        best = ways;
+    }
     std::erase(candidates, result.host);
     result.near.others = candidates;
     result.near.ratio = common_ratio;
     if (candidates.empty()) return result;
+    // D of a pair of vertices, by their places.
+    const auto way_between = [&](std::size_t i, std::size_t j) {
+        const int v = vertices[i], w = vertices[j], of_v = host_of_[v], of_w = host_of_[w];
+        if (of_v == of_w) return of_v == result.host ? 0 : (at(v) - at(w)).norm();
+        const double by_host = best[i] + best[j];
+        return touch(of_v, of_w) ? std::min(by_host, hull(of_v, of_w).way(at(v), at(w))) : by_host;
+    };
     struct Part {
         Face face;
+        std::array<std::size_t, 3> places;
         double way = 0;
     };
     const auto parts = [&](int leaf, std::size_t first) {
@@ -287,6 +341,7 @@ HostNeighbours::Measured HostNeighbours::measured(const WideTree& tree, LeafPair
             for (std::size_t c = 0; c < 3; ++c) {
                 const std::size_t i = first + tree.corners[leaf][c * tree_width + k];
                 all[k].face[c] = vertices[i];
+                all[k].places[c] = i;
                 all[k].way = std::max(all[k].way, best[i]);
             }
         return all;
@@ -299,7 +354,9 @@ HostNeighbours::Measured HostNeighbours::measured(const WideTree& tree, LeafPair
             if (s[i].way + t[j].way <= apart ||
                 std::ranges::any_of(a, [&](int v) { return v == b[0] || v == b[1] || v == b[2]; }))
                 continue;
-            const double longest = way(a, b, result.host);
+            double longest = 0;
+            for (const std::size_t v : s[i].places)
+                for (const std::size_t w : t[j].places) longest = std::max(longest, way_between(v, w));
             if (!(longest > apart)) continue;
             const FacePair faces{tree.faces[tree_width * pair.a + i], tree.faces[tree_width * pair.b + j]};
             if (const double ratio = longest / distance(a, b); !(ratio <= common_ratio))

@@ -18,8 +18,8 @@ namespace nbd {
 /// affine map, and the maps of hosts with common nodes agree on their hull: a point, line or plane. So the
 /// gradients of the maps bound by how much the distances between faces shrink.
 ///
-/// Let F be the gradient of one host, s its least stretch, and d the most by which the gradients of hosts
-/// that touch it differ from F. Points of two faces whose corners hang on these hosts, x at rest and y in a
+/// Let F be the gradient of one host, s its least stretch, and d the most by which the gradients of the hosts
+/// around it differ from F. Points of two faces whose corners hang on these hosts, x at rest and y in a
 /// pose, have |y1 - y2| >= s |x1 - x2| - d D. For the rest of the map beside F is constant on the host itself
 /// and agrees where hosts touch, and so changes by no more than d along any way over them; D is the longest
 /// of such ways between corners of the two faces.
@@ -31,6 +31,7 @@ class HostNeighbours {
     struct Host {
         std::array<int, 4> nodes;       // ascending
         Eigen::Matrix3d inverse_edges;  // at rest, of the edges from the first node to the others
+        Eigen::Vector3d centre;         // at rest
         std::vector<int> touching;      // other hosts with a common node, ascending
         std::vector<int> related;       // those of them in lists with this host, ascending
     };
@@ -89,6 +90,7 @@ class HostNeighbours {
      public:
         Hull(const Host& a, const Host& b, const Nodes& X);
         double distance(const Eigen::Vector3d& x) const { return place(x).off; }
+        Eigen::Vector3d nearest(const Eigen::Vector3d& x) const;
         /// Length of the shortest way from x to y by the hull.
         double way(const Eigen::Vector3d& x, const Eigen::Vector3d& y) const;
 
@@ -115,6 +117,7 @@ class HostNeighbours {
     Measured measured(const WideTree& tree, LeafPair pair) const;
     Eigen::Vector3d at(int vertex) const { return rest_.row(vertex); }
     const Hull& hull(int host_a, int host_b) const;
+    int host_between(int a, int b) const;
     double way_to(int vertex, int host) const;
     double way(int v, int w, int host) const;
 

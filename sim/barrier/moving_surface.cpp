@@ -34,6 +34,15 @@ std::shared_ptr<const CollisionTree> tree_of(const ContactShape& shape, NodesRef
     return std::make_shared<const CollisionTree>(std::move(tree));
 }
 
+/// Whether a surface is much finer than its nodes and each of its vertices hangs on those of a tetrahedron at
+/// most. A smoothed one hangs on more.
+bool is_carried_by_tets(const ContactShape& shape) {
+    const int* begin = shape.W.outerIndexPtr();
+    for (int v = 0; v < shape.vertex_count(); ++v)
+        if (begin[v + 1] - begin[v] > 4) return false;
+    return shape.is_much_finer;
+}
+
 BoundKind bounds_of(bool hangs_on_nodes) { return hangs_on_nodes ? BoundKind::affine : BoundKind::boxes; }
 
 }  // namespace
@@ -41,14 +50,14 @@ BoundKind bounds_of(bool hangs_on_nodes) { return hangs_on_nodes ? BoundKind::af
 MovingSurface::MovingSurface(std::shared_ptr<const ContactShape> shape, const TetMesh& tets, int body)
     : shape_(std::move(shape)),
       body_(body),
-      hangs_on_nodes_(shape_->is_much_finer && shape_->overhang <= -AffineModel::least_weight),
+      hangs_on_nodes_(is_carried_by_tets(*shape_) && shape_->overhang <= -AffineModel::least_weight),
       rest_nodes_(tets.X),
       rest_(placed(shape_->W, tets.X)),
       shared_tree_(tree_of(*shape_, tets.X, rest_, hangs_on_nodes_)),
       tree_(shared_tree_, bounds_of(hangs_on_nodes_)),
       own_tree_(shared_tree_, bounds_of(hangs_on_nodes_)) {
     move(tets.X, tets.X);
-    if (shape_->is_much_finer) find_hosts(tets);
+    if (is_carried_by_tets(*shape_)) find_hosts(tets);
 }
 
 MovingSurface::MovingSurface(const MovingSurface& twin, int body)

@@ -16,8 +16,8 @@ namespace nbd {
 /// A surface whose vertices move straight from one pose to another, with a tree for queries over the motion.
 /// Positions are in double precision, metres.
 ///
-/// A surface that is much finer than the nodes that carry it, and does not leave their tetrahedra, hangs on
-/// them: a motion costs what is asked of it, and its trees are bounded by the nodes. All others are placed
+/// A surface that is much finer than the tetrahedra that carry it, and does not leave them, hangs on their
+/// nodes: a motion costs what is asked of it, and its trees are bounded by the nodes. All others are placed
 /// vertex by vertex.
 class MovingSurface {
  public:
@@ -60,7 +60,7 @@ class MovingSurface {
     PosedTree& own_tree() noexcept { return own_tree_; }
     const Eigen::Vector3d& mean_motion() const noexcept { return mean_motion_; }
     /// Tells which of its faces need no look in this motion. None unless the surface is much
-    /// finer than its nodes.
+    /// finer than the tetrahedra that carry it, and no vertex hangs on several of them, as smoothed ones do.
     const std::optional<HostProof>& proof() const noexcept { return proof_; }
     /// By how much the positions that the tree sees may be off, metres.
     double rounding() const noexcept;
