@@ -43,8 +43,8 @@ std::size_t intersections(const World& world, const std::vector<const Model*>& m
 TEST(FineSurfaces, MeetAsCoarseOnesDoAndKeepMomentum) {
     const Eigen::Vector3d size(0.4, 0.3, 0.3);
     const Eigen::Vector3i cells(3, 2, 2);
-    const Model fine(test::fine_box_body(size, cells, 2, {.young = 1e5})),
-        coarse(size, cells, {.young = 1e5});
+    const Material material{.young = 1e5, .rayleigh_mass = 0};
+    const Model fine(test::fine_box_body(size, cells, 2, material)), coarse(size, cells, material);
     ASSERT_TRUE(ContactShape(fine.body.W, fine.body.surface.F, fine.body.tets.X).is_much_finer);
     const auto collide = [&](const Model& model) {
         World world(without_intersections());
