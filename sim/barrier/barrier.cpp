@@ -17,24 +17,13 @@
 namespace nbd {
 namespace {
 
-constexpr double floor_share = 1e-3;      // of the reach: distance at which the potential is infinite
-constexpr double left_share = 0.2;        // of the room above the floor that a motion must leave
-constexpr double tolerance_share = 0.05;  // likewise, by which an impact may be found too early
+/// Of the room above the floor, by which an impact may be found too early.
+constexpr double tolerance_share = 0.05;
 
 Nodes displaced(const Nodes& x, const Eigen::Vector3d& by) { return x.rowwise() + by.transpose(); }
 
 bool is_mesh(const Obstacle& obstacle) {
     return std::holds_alternative<std::shared_ptr<const StaticSurface>>(obstacle.shape);
-}
-
-/// Share of the motion from p to q, relative to the centre of a ball, after which the point is `radius` from
-/// the centre; at least 1 if it is not in the motion.
-double time_to_ball(const Eigen::Vector3d& p, const Eigen::Vector3d& q, double radius) {
-    const Eigen::Vector3d r = q - p;
-    const double a = r.squaredNorm(), b = p.dot(r), c = p.squaredNorm() - radius * radius;
-    const double discriminant = b * b - a * c;
-    if (b >= 0 || discriminant <= 0) return 1;
-    return c / (std::sqrt(discriminant) - b);
 }
 
 SurfacePoint surface_point(const MovingSurface& surface, int first, int count,
@@ -46,11 +35,6 @@ SurfacePoint surface_point(const MovingSurface& surface, int first, int count,
         point.weights[i] = weights[k];
     }
     return point;
-}
-
-/// How far features at a distance may come nearer before they are at their floor, as far as they press.
-double room_at(double distance, double floor, double reach) {
-    return std::max(std::min(distance, reach) - floor, 0.0);
 }
 
 double edge_area(const MovingSurface& surface, int edge) {
@@ -92,6 +76,11 @@ void Barrier::check_rest() {
     const std::vector<Intersection> found = intersection_search_.find_at_rest(surfaces_);
     if (!found.empty())
         throw std::invalid_argument("a body touches itself at rest: " + intersection_text(found, surfaces_));
+}
+
+/// How far features at a distance may come nearer before they are at their floor, as far as they press.
+double Barrier::room_at(double distance, double floor, double reach) {
+    return std::max(std::min(distance, reach) - floor, 0.0);
 }
 
 double Barrier::floor() const noexcept { return floor_share * reach_; }
@@ -160,62 +149,11 @@ void Barrier::for_each_near(const Visit& visit) const {
         grain);
 }
 
-/// Whether vertices that hang on these nodes may come near a plane or ball in the motion.
-bool Barrier::may_come_near(const MovingSurface& surface, std::span<const int> nodes,
-                            const Wall& wall) const {
-    Eigen::AlignedBox3d box;
-    double most = 0;
-    for (const int node : nodes) {
-        const Eigen::Vector3d begin = surface.begin_points().row(node), end = surface.end_points().row(node);
-        box.extend(begin - wall.begin);
-        most = std::max(most, (end - wall.end - begin + wall.begin).squaredNorm());
-    }
-    constexpr double all = std::numeric_limits<double>::infinity();
-    const double distance = signed_distance(wall.still, box.center(), 0, all)->distance;
-    return distance <= reach_ + std::sqrt(most) + box.diagonal().norm() / 2;
-}
-
-void Barrier::find_near_smooth() {
-    near_smooth_.clear();
-    for (std::size_t w = 0; w < walls_.size(); ++w) {
-        const Wall& wall = walls_[w];
-        if (wall.surface >= 0) continue;
-        const Eigen::Vector3d moved = wall.end - wall.begin;
-        for (int b = 0; b < std::ssize(bodies_); ++b) {
-            const MovingSurface& surface = surfaces_[b];
-            const auto look_at = [&](int v) {
-                const NearSmooth near{b, v, static_cast<int>(w)};
-                const Eigen::Vector3d motion = (surface.end(v) - surface.begin(v)).transpose() - moved;
-                if (distance(near, 0).distance <= reach_ + motion.norm()) near_smooth_.push_back(near);
-            };
-            if (!surface.hangs_on_nodes()) {
-                for (int v = 0; v < surface.rest().rows(); ++v) look_at(v);
-                continue;
-            }
-            const ContactShape& shape = surface.shape();
-            const int patches = shape.patches.count(), width = ContactPatches::width;
-            for (int block = 0; block * width < patches; ++block) {
-                if (!may_come_near(surface, shape.block_nodes[block], wall)) continue;
-                for (int patch = block * width; patch < std::min((block + 1) * width, patches); ++patch)
-                    if (may_come_near(surface, shape.patch_nodes[patch], wall))
-                        for (const int v : shape.patches.vertices[patch]) look_at(v);
-            }
-        }
-    }
-}
-
 std::array<Eigen::Vector3d, 4> Barrier::positions(const FeaturePair& pair, double share) const {
     std::array<Eigen::Vector3d, 4> x;
     const auto at = corners(pair, surfaces_);
     for (std::size_t k = 0; k < 4; ++k) x[k] = surfaces_[at[k].surface].at(at[k].vertex, share);
     return x;
-}
-
-SurfaceDistance Barrier::distance(const NearSmooth& near, double share) const {
-    const Wall& wall = walls_[near.wall];
-    const Eigen::Vector3d p =
-        surfaces_[near.body].at(near.vertex, share) - (wall.begin + share * (wall.end - wall.begin));
-    return *signed_distance(wall.still, p, 0, std::numeric_limits<double>::infinity());
 }
 
 double Barrier::limit(const NearFeatures& near) const {
@@ -226,21 +164,6 @@ double Barrier::limit(const NearFeatures& near) const {
     const Impact impact =
         feature_impact(near.pair.kind, {{{x[0], y[0]}, {x[1], y[1]}, {x[2], y[2]}, {x[3], y[3]}}}, config);
     return impact.hits ? impact.time : 1;
-}
-
-double Barrier::limit(const NearSmooth& near) const {
-    const double floor = floor_share * reach_, begin = distance(near, 0).distance;
-    const double least = floor + left_share * room_at(begin, floor, reach_);
-    const Wall& wall = walls_[near.wall];
-    if (const auto* ball = std::get_if<BallShape>(&wall.obstacle.shape)) {
-        const MovingSurface& surface = surfaces_[near.body];
-        return std::min(
-            time_to_ball(surface.at(near.vertex, 0) - wall.begin - ball->centre,
-                         surface.at(near.vertex, 1) - wall.end - ball->centre, ball->radius + least),
-            1.0);
-    }
-    const double end = distance(near, 1).distance;
-    return end >= least ? 1 : std::max(begin - least, 0.0) / (begin - end);
 }
 
 const Barrier::Wall* Barrier::wall_of(const MovingSurface& surface) const {
@@ -279,10 +202,6 @@ BarrierLaw Barrier::law(const NearFeatures& near) const {
         area = std::min(edge_area(a, near.pair.a), edge_area(b, near.pair.b));
     }
     return law(young, area, near.reach);
-}
-
-BarrierLaw Barrier::law(const NearSmooth& near) const {
-    return law(bodies_[near.body].young, surfaces_[near.body].rest_areas()[near.vertex], reach_);
 }
 
 /// The weight of a pair's potential.
@@ -346,17 +265,6 @@ Contact Barrier::contact(const NearFeatures& near, double share) const {
         contact.obstacle = static_cast<int>(wall - walls_.data());
     }
     return contact;
-}
-
-Contact Barrier::contact(const NearSmooth& near, double share) const {
-    const Wall& wall = walls_[near.wall];
-    const SurfaceDistance hit = distance(near, share);
-    return {.a = {.body = near.body, .count = 1, .vertices = {near.vertex}, .weights = {1}},
-            .normal = hit.normal,
-            .wall_velocity = wall.velocity,
-            .gap = hit.distance,
-            .friction = wall.obstacle.friction,
-            .obstacle = near.wall};
 }
 
 /// Motion of a point from begin to end. obstacle: number of the one whose point it is if it is no body's.

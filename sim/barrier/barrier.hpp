@@ -73,6 +73,9 @@ class Barrier {
     std::size_t feature_pairs() const noexcept { return near_.size() + near_smooth_.size(); }
 
  private:
+    static constexpr double floor_share = 1e-3;  // of the reach: distance at which the potential is infinite
+    static constexpr double left_share = 0.2;    // of the room above the floor that a motion must leave
+
     struct Body {
         std::shared_ptr<const ContactShape> shape;
         double young;
@@ -90,6 +93,7 @@ class Barrier {
         int body, vertex, wall;
     };
 
+    static double room_at(double distance, double floor, double reach);
     void place(std::span<const Nodes> begin, std::span<const Nodes> end, double progress);
     bool may_come_near(const MovingSurface& surface, std::span<const int> nodes, const Wall& wall) const;
     void find_near_smooth();
