@@ -61,12 +61,6 @@ class HostNeighbours {
     bool touch(int host_a, int host_b) const noexcept;
     using Face = std::array<int, 3>;
     Face face(int f) const { return {shape_->F(f, 0), shape_->F(f, 1), shape_->F(f, 2)}; }
-    /// D of two faces with the gradient of a host that touches all hosts of their corners, metres.
-    double way(const Face& a, const Face& b, int host) const;
-    /// Distance at rest of their features without a common vertex, metres; and less than it, found fast.
-    double distance(const Face& a, const Face& b) const;
-    double least_distance(const Face& a, const Face& b) const;
-
     /// Those whose way is measured with the gradient of one host, by falling ratios.
     std::span<const NearFaces> near_faces(int host) const noexcept {
         const std::size_t h = host;
@@ -115,6 +109,11 @@ class HostNeighbours {
         NearLeaves near;
     };
     Measured measured(const WideTree& tree, LeafPair pair) const;
+    /// D of two faces with the gradient of a host that touches all hosts of their corners, metres.
+    double way(const Face& a, const Face& b, int host) const;
+    /// Distance at rest of their features without a common vertex, metres; and less than it, found fast.
+    double distance(const Face& a, const Face& b) const;
+    double least_distance(const Face& a, const Face& b) const;
     Eigen::Vector3d at(int vertex) const { return rest_.row(vertex); }
     const Hull& hull(int host_a, int host_b) const;
     int host_between(int a, int b) const;

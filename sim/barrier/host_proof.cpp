@@ -81,7 +81,10 @@ void HostProof::add_open(int host, double most, std::span<const HostNeighbours::
     for (const auto& [faces, ratio] : near) {
         if (keeps_apart(stretches_[host], most, ratio)) return;  // and so do all that follow
         const HostsOfFaces hosts(*rest_, rest_->face(faces.a), rest_->face(faces.b));
-        if (!keeps_apart(stretches_[host], most_difference(host, hosts), ratio)) open_faces_.push_back(faces);
+        // The way to a host that does not touch this one goes over others: `most` alone bounds these.
+        if (!hosts.all_touch(*rest_, host) ||
+            !keeps_apart(stretches_[host], most_difference(host, hosts), ratio))
+            open_faces_.push_back(faces);
     }
 }
 
