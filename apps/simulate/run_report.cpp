@@ -53,7 +53,7 @@ nlohmann::ordered_json to_json(const StepTotals& total, int frames, double size,
 }  // namespace
 
 void tell_start(const std::string& scene, const SceneSpec& spec, std::span<const LoadedBody> bodies,
-                const World& world, const std::vector<StartMove>& moves, const Output& out) {
+                World& world, const std::vector<StartMove>& moves, const Output& out) {
     for (const auto& [body, by] : moves)
         out.announcement(
             fmt::format("body {} '{}' intersects at the start and was moved by ({:.3g}, {:.3g}, {:.3g}) m",
@@ -63,7 +63,7 @@ void tell_start(const std::string& scene, const SceneSpec& spec, std::span<const
         out.warning(fmt::format("{}: {}", scene, line));
     for (const std::string& line : scene_body_warnings(spec, bodies))
         out.warning(fmt::format("{}: {}", scene, line));
-    for (const std::string& line : narrow_gap_warnings(spec, world))
+    for (const std::string& line : rest_warnings(spec, world))
         out.warning(fmt::format("{}: {}", scene, line));
     out.end_if_strict();
 }

@@ -14,7 +14,7 @@ namespace nbd {
 /// of bodies whose motion may be wrong. With --strict, throws std::runtime_error with the first warning of
 /// the command, also one that came before. scene: name of its file.
 void tell_start(const std::string& scene, const SceneSpec& spec, std::span<const LoadedBody> bodies,
-                const World& world, const std::vector<StartMove>& moves, const Output& out);
+                World& world, const std::vector<StartMove>& moves, const Output& out);
 
 /// Warns of steps that went wrong. reason: of the first of this run that is not about inverted tetrahedra;
 /// empty if an earlier part of the run had it.

@@ -65,17 +65,8 @@ void Barrier::add_obstacle(const Obstacle& obstacle) {
 }
 
 void Barrier::begin() {
-    search_.begin(surfaces_);
-    intersection_search_.begin(surfaces_);
-}
-
-void Barrier::check_rest() {
-    for (MovingSurface& surface : surfaces_) surface.move(surface.rest_nodes(), surface.rest_nodes());
-    near_ = {};
-    near_smooth_.clear();
-    const std::vector<Intersection> found = intersection_search_.find_at_rest(surfaces_);
-    if (!found.empty())
-        throw std::invalid_argument("a body touches itself at rest: " + intersection_text(found, surfaces_));
+    intersection_search_.begin(surfaces_, touching_share * reach_);
+    search_.begin(surfaces_, intersection_search_.about_those_at_rest());
 }
 
 /// How far features at a distance may come nearer before they are at their floor, as far as they press.

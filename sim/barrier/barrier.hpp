@@ -28,9 +28,11 @@ class Barrier {
     void add_body(std::shared_ptr<const ContactShape> shape, const TetMesh& rest, double young);
     void add_obstacle(const Obstacle& obstacle);
     void begin();
-    /// Throws std::invalid_argument, naming faces, for a body that touches itself at rest. Ends the motion
-    /// that was proposed.
-    void check_rest();
+    /// Faces of bodies that intersect others of their body at rest. They, others nearly as near, and those
+    /// about these do not press each other, and are no intersections().
+    const std::vector<Intersection>& touching_at_rest() const noexcept {
+        return intersection_search_.at_rest();
+    }
     /// Distance at which the potential becomes infinite, metres.
     double floor() const noexcept;
 
@@ -61,8 +63,8 @@ class Barrier {
     /// if there were none.
     double least_distance() const noexcept { return least_distance_; }
 
-    /// All intersecting faces with the nodes of each body at these places, [N, 3], and the obstacles at their
-    /// end of the step, by exact tests. Ends the motion that was proposed.
+    /// All other intersecting faces with the nodes of each body at these places, [N, 3], and the obstacles at
+    /// their end of the step, by exact tests. Ends the motion that was proposed.
     std::vector<Intersection> intersections(std::span<const Nodes> nodes);
 
     const std::vector<MovingSurface>& surfaces() const noexcept { return surfaces_; }
@@ -74,7 +76,8 @@ class Barrier {
 
  private:
     static constexpr double floor_share = 1e-3;  // of the reach: distance at which the potential is infinite
-    static constexpr double left_share = 0.2;    // of the room above the floor that a motion must leave
+    static constexpr double touching_share = 1e-2;  // of the reach: what is nearer at rest does not press
+    static constexpr double left_share = 0.2;       // of the room above the floor that a motion must leave
 
     struct Body {
         std::shared_ptr<const ContactShape> shape;

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -10,13 +9,14 @@
 
 namespace nbd {
 
-/// Proves of faces of one body that they keep at least half of the distance that they have at rest all along
-/// a motion, by the gradients of their hosts: see HostNeighbours. A motion is straight for every vertex.
-/// Faces whose corners all have one host keep apart in any pose that does not make it flat.
+/// Proves of faces of one body that they keep at least a tenth of the distance that they have at rest all along
+/// a motion, by the gradients of their hosts and how the nodes about these differ: see HostNeighbours. A
+/// motion is straight for every vertex. Faces whose corners all have one host keep apart in any pose that
+/// does not make it flat.
 class HostProof {
  public:
     /// Of its distance at rest: a pair that keeps more does not press.
-    static constexpr double least_share = 0.5;
+    static constexpr double least_share = 0.1;
 
     explicit HostProof(std::shared_ptr<const HostNeighbours> rest);
 
@@ -24,7 +24,7 @@ class HostProof {
     void prove(const Nodes& begin, const Nodes& end);
 
     /// Whether all corners of two faces have one host.
-    bool hang_on_one_host(FacePair faces) const;
+    bool hang_on_one_host(FacePair faces) const noexcept { return rest_->hang_on_one_host(faces); }
 
     /// The pairs of known leaves of whose faces little is proved, see SelfQuery::boxes_within().
     std::span<const LeafPair> open_leaves() const noexcept { return open_leaves_; }
@@ -33,19 +33,14 @@ class HostProof {
     std::span<const FacePair> open_faces() const noexcept { return open_faces_; }
 
  private:
-    void add_open(int host, double most, std::span<const HostNeighbours::NearFaces> near);
-    double difference(int host, int other) const noexcept;
-    template <class Hosts>
-    double most_difference(int host, const Hosts& others) const noexcept;
-    /// Whether faces with this ratio, in which each of the other hosts differs by no more, keep apart.
-    static bool keeps_apart(double stretch, double difference, double ratio) noexcept {
-        return stretch - difference * ratio >= least_share;
-    }
+    void measure(int host, const Nodes& begin, const Nodes& end);
+    void add_open(const HostNeighbours::Group& group, double stretch, double difference);
 
     std::shared_ptr<const HostNeighbours> rest_;
-    std::vector<Eigen::Matrix3d> at_begin_, at_end_;  // [hosts] gradients
-    std::vector<double> stretches_, differences_;     // [hosts] at any time of the motion: the least,
-                                                      // and the most from related hosts
+    // At any time of the motion: the least stretch, the residuals of a host's others over their distances,
+    // and the largest of these.
+    std::vector<double> stretches_, differences_;  // [hosts]
+    std::vector<std::vector<double>> residuals_;   // [hosts][others]
     std::vector<LeafPair> open_leaves_;
     std::vector<FacePair> open_faces_;
 };

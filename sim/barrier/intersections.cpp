@@ -6,9 +6,18 @@
 
 #include "collision/geometry/triangle_triangle.hpp"
 #include "meshing/parallel/parallel_for.hpp"
+#include "sim/barrier/face_distance.hpp"
 
 namespace nbd {
 namespace {
+
+std::array<int, 3> face(const MovingSurface& surface, int f) {
+    return {surface.F()(f, 0), surface.F()(f, 1), surface.F()(f, 2)};
+}
+
+Intersection within(int surface, FacePair faces) {
+    return {surface, surface, std::min(faces.a, faces.b), std::max(faces.a, faces.b)};
+}
 
 TriangleCorners face_corners(const MovingSurface& surface, int face) {
     return {surface.end(surface.F()(face, 0)), surface.end(surface.F()(face, 1)),
@@ -68,24 +77,79 @@ void add_neighbours(const MovingSurface& surface, int number, std::vector<Inters
     neighbours.erase(std::unique(neighbours.begin() + first, neighbours.end()), neighbours.end());
 }
 
-}  // namespace
-
-void IntersectionSearch::begin(const std::vector<MovingSurface>& surfaces) {
-    neighbours_.clear();
-    for (int s = 0; s < std::ssize(surfaces); ++s)
-        if (!surfaces[s].is_obstacle() && !surfaces[s].proof()) add_neighbours(surfaces[s], s, neighbours_);
+/// A face and all that have a common vertex with it, each once.
+std::vector<int> faces_about(const MovingSurface& surface, int face) {
+    const SurfaceTopology& topology = surface.topology();
+    std::vector<int> faces{face};
+    for (int k = 0; k < 3; ++k) {
+        const std::size_t v = surface.F()(face, k);
+        faces.insert(faces.end(), topology.vertex_faces.begin() + topology.vertex_begin[v],
+                     topology.vertex_faces.begin() + topology.vertex_begin[v + 1]);
+    }
+    std::ranges::sort(faces);
+    const auto repeats = std::ranges::unique(faces);
+    faces.erase(repeats.begin(), repeats.end());
+    return faces;
 }
 
-std::vector<Intersection> IntersectionSearch::find_at_rest(std::vector<MovingSurface>& surfaces) {
-    candidates_ = neighbours_;
+}  // namespace
+
+void IntersectionSearch::begin(const std::vector<MovingSurface>& surfaces, double distance) {
+    neighbours_.clear();
+    at_rest_.clear();
+    touching_.clear();
     for (int s = 0; s < std::ssize(surfaces); ++s) {
         if (surfaces[s].is_obstacle()) continue;
-        if (surfaces[s].proof()) add_neighbours(surfaces[s], s, candidates_);
-        const auto distance = static_cast<float>(2 * surfaces[s].rounding());
-        for (const FacePair& faces : self_query_.boxes_within(surfaces[s].tree(), distance))
-            candidates_.push_back({s, s, faces.a, faces.b});
+        if (!surfaces[s].proof()) add_neighbours(surfaces[s], s, neighbours_);
+        find_at_rest(surfaces, s, distance);
     }
-    return keep_intersecting(surfaces);
+    about_rest_.clear();
+    for (const Intersection& i : touching_) {
+        const MovingSurface& s = surfaces[i.surface_a];
+        for (const int a : faces_about(s, i.a))
+            for (const int b : faces_about(s, i.b))
+                if (a != b) about_rest_.push_back({i.surface_a, i.surface_a, std::min(a, b), std::max(a, b)});
+    }
+    std::ranges::sort(about_rest_);
+    const auto repeats = std::ranges::unique(about_rest_);
+    about_rest_.erase(repeats.begin(), repeats.end());
+}
+
+/// By a look at the whole surface: a HostProof takes it that there are none.
+void IntersectionSearch::find_at_rest(const std::vector<MovingSurface>& surfaces, int surface,
+                                      double distance) {
+    const MovingSurface& s = surfaces[surface];
+    const auto twin = std::find_if(surfaces.begin(), surfaces.begin() + surface,
+                                   [&](const MovingSurface& t) { return &t.shape() == &s.shape(); });
+    if (const int number = static_cast<int>(twin - surfaces.begin()); number < surface) {
+        for (std::vector<Intersection>* list : {&at_rest_, &touching_}) {
+            std::vector<Intersection> same;
+            for (const Intersection& i : *list)
+                if (i.surface_a == number) same.push_back({surface, surface, i.a, i.b});
+            list->insert(list->end(), same.begin(), same.end());
+        }
+        return;
+    }
+    std::vector<MovingSurface> resting;
+    resting.emplace_back(MovingSurface(s, s.body()));
+    candidates_.clear();
+    add_neighbours(resting[0], 0, candidates_);
+    const std::size_t neighbours = candidates_.size();
+    const auto near = static_cast<float>(distance + 2 * resting[0].rounding());
+    for (const FacePair& faces : self_query_.boxes_within(resting[0].tree(), near))
+        candidates_.push_back(within(0, faces));
+    const std::vector<Intersection> found = keep_intersecting(resting);
+    for (const Intersection& i : found) at_rest_.push_back({surface, surface, i.a, i.b});
+    touching_.insert(touching_.end(), at_rest_.end() - found.size(), at_rest_.end());
+    std::vector<char> touch(candidates_.size() - neighbours);
+    parallel_for(touch.size(), [&](int k) {
+        const Intersection& i = candidates_[neighbours + k];
+        touch[k] = face_distance(face(s, i.a), face(s, i.b),
+                                 [&](int v) { return Eigen::Vector3d(s.rest().row(v)); }) < distance;
+    });
+    for (std::size_t k = 0; k < touch.size(); ++k)
+        if (const Intersection& i = candidates_[neighbours + k]; touch[k])
+            touching_.push_back({surface, surface, i.a, i.b});
 }
 
 std::vector<Intersection> IntersectionSearch::find(std::vector<MovingSurface>& surfaces) {
@@ -95,10 +159,9 @@ std::vector<Intersection> IntersectionSearch::find(std::vector<MovingSurface>& s
         MovingSurface& s = surfaces[a];
         if (!s.is_obstacle())
             for (const FacePair& faces : open_pairs(s, static_cast<float>(2 * s.rounding())))
-                candidates_.push_back({a, a, faces.a, faces.b});
+                candidates_.push_back(within(a, faces));
         if (s.proof())
-            for (const FacePair& faces : s.proof()->open_faces())
-                candidates_.push_back({a, a, faces.a, faces.b});
+            for (const FacePair& faces : s.proof()->open_faces()) candidates_.push_back(within(a, faces));
         for (int b = a + 1; b < count; ++b) {
             MovingSurface& t = surfaces[b];
             if (s.is_obstacle() && t.is_obstacle()) continue;
@@ -107,7 +170,9 @@ std::vector<Intersection> IntersectionSearch::find(std::vector<MovingSurface>& s
                 candidates_.push_back({a, b, faces.a, faces.b});
         }
     }
-    return keep_intersecting(surfaces);
+    std::vector<Intersection> found = keep_intersecting(surfaces);
+    std::erase_if(found, [&](const Intersection& i) { return std::ranges::binary_search(about_rest_, i); });
+    return found;
 }
 
 std::span<const FacePair> IntersectionSearch::open_pairs(MovingSurface& surface, float distance) {
@@ -116,6 +181,7 @@ std::span<const FacePair> IntersectionSearch::open_pairs(MovingSurface& surface,
     return self_query_.boxes_within(surface.tree(), distance, proof->known_leaves(), proof->open_leaves());
 }
 
+/// Of the candidates.
 std::vector<Intersection> IntersectionSearch::keep_intersecting(
     const std::vector<MovingSurface>& surfaces) const {
     std::vector<char> meets(candidates_.size());

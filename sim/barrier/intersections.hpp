@@ -22,16 +22,22 @@ struct Intersection {
 /// where one meets the opposite side of the other; faces with a common edge where one lies on the other.
 class IntersectionSearch {
  public:
-    /// Call once, when all surfaces are there.
-    void begin(const std::vector<MovingSurface>& surfaces);
+    /// Call once, when all surfaces are there. distance: what is nearer at rest touches, metres.
+    void begin(const std::vector<MovingSurface>& surfaces, double distance);
 
-    /// All of them, sorted. Of surfaces with a HostProof without those that this excludes.
+    /// Faces of one body that intersect at rest, sorted.
+    const std::vector<Intersection>& at_rest() const noexcept { return at_rest_; }
+    /// These, those that touch without a common vertex, and all pairs of faces about them, sorted. Where a
+    /// body is bent, sheets that cross at rest cross in others of these: faces are flat where the body
+    /// between their corners is not.
+    const std::vector<Intersection>& about_those_at_rest() const noexcept { return about_rest_; }
+
+    /// All that are not about those at rest, sorted. Of surfaces with a HostProof without those that this
+    /// excludes.
     std::vector<Intersection> find(std::vector<MovingSurface>& surfaces);
-    /// All that the surfaces of bodies have with themselves. A HostProof takes it that at rest there are
-    /// none.
-    std::vector<Intersection> find_at_rest(std::vector<MovingSurface>& surfaces);
 
  private:
+    void find_at_rest(const std::vector<MovingSurface>& surfaces, int surface, double distance);
     std::span<const FacePair> open_pairs(MovingSurface& surface, float distance);
     std::vector<Intersection> keep_intersecting(const std::vector<MovingSurface>& surfaces) const;
 
@@ -39,6 +45,7 @@ class IntersectionSearch {
     SelfQuery self_query_;
 
     std::vector<Intersection> candidates_;
+    std::vector<Intersection> at_rest_, touching_, about_rest_;
     std::vector<Intersection> neighbours_;  // faces with a common vertex, of surfaces without a HostProof
 };
 

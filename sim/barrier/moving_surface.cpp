@@ -57,7 +57,7 @@ MovingSurface::MovingSurface(std::shared_ptr<const ContactShape> shape, const Te
       tree_(shared_tree_, bounds_of(hangs_on_nodes_)),
       own_tree_(shared_tree_, bounds_of(hangs_on_nodes_)) {
     move(tets.X, tets.X);
-    if (is_carried_by_tets(*shape_)) find_hosts(tets);
+    if (shape_->is_much_finer) find_hosts(tets);
 }
 
 MovingSurface::MovingSurface(const MovingSurface& twin, int body)

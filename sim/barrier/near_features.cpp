@@ -65,11 +65,21 @@ class MovingFaces {
     std::array<Eigen::Vector3d, 6> rest_, begin_, end_, low_, high_;
 };
 
+/// The faces of one surface that own the features of a pair.
+Intersection owners(const FeaturePair& pair, const SurfaceTopology& topology) {
+    const bool is_edges = pair.kind == FeatureKind::edge_edge;
+    const int a = is_edges ? topology.owner_of_edge(pair.a) : topology.owner_of_vertex(pair.a),
+              b = is_edges ? topology.owner_of_edge(pair.b) : pair.b;
+    return {pair.surface_a, pair.surface_a, std::min(a, b), std::max(a, b)};
+}
+
 }  // namespace
 
-void NearFeatureSearch::begin(const std::vector<MovingSurface>& surfaces) {
+void NearFeatureSearch::begin(const std::vector<MovingSurface>& surfaces,
+                              std::span<const Intersection> touching) {
     neighbours_.clear();
     references_.clear();
+    touching_ = touching;
     for (std::size_t s = 0; s < surfaces.size(); ++s)
         if (!surfaces[s].is_obstacle() && !surfaces[s].proof()) neighbours_.emplace_back(surfaces, s);
 }
@@ -111,6 +121,11 @@ std::span<const NearFeatures> NearFeatureSearch::find(std::vector<MovingSurface>
     keep_near(surfaces, reach);
     for (int s = 0; s < std::ssize(surfaces); ++s)
         if (surfaces[s].proof()) keep_near_unproved(surfaces, s, reach);
+    std::erase_if(kept_, [&](const NearFeatures& near) {
+        const auto& [kind, a, b, of_a, of_b] = near.pair;
+        return !(near.reach > 0) ||
+               (a == b && std::ranges::binary_search(touching_, owners(near.pair, surfaces[a].topology())));
+    });
     std::ranges::sort(kept_);
     return kept_;
 }

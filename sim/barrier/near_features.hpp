@@ -6,6 +6,7 @@
 
 #include "collision/query/pair_query.hpp"
 #include "collision/query/self_query.hpp"
+#include "sim/barrier/intersections.hpp"
 #include "sim/barrier/moving_surface.hpp"
 #include "sim/barrier/neighbour_watch.hpp"
 #include "sim/fem/step_report.hpp"
@@ -20,9 +21,9 @@ namespace nbd {
 /// asked for its own pairs each time: only of the leaves for which the proof fails.
 class NearFeatureSearch {
  public:
-    /// Call once, when all surfaces are there. Pairs within a surface that touch at rest never press; see
-    /// Barrier::check_rest().
-    void begin(const std::vector<MovingSurface>& surfaces);
+    /// Call once, when all surfaces are there. touching: faces of one surface whose own features are never
+    /// near, see IntersectionSearch::about_those_at_rest(); must stay valid.
+    void begin(const std::vector<MovingSurface>& surfaces, std::span<const Intersection> touching);
 
     /// All pairs whose boxes over the whole motion come within their reach, sorted; among them all whose
     /// distance does. surfaces: those of begin(), moved. reach: metres. Valid until the next call.
@@ -53,6 +54,7 @@ class NearFeatureSearch {
     void keep_near(const std::vector<MovingSurface>& surfaces, double reach);
     void keep_near_unproved(std::vector<MovingSurface>& surfaces, int surface, double reach);
 
+    std::span<const Intersection> touching_;
     PairQuery pair_query_;
     SelfQuery self_query_;
     std::vector<NeighbourWatch> neighbours_;  // of the bodies' surfaces without a HostProof

@@ -95,9 +95,25 @@ std::vector<std::string> scene_body_warnings(const SceneSpec& spec, std::span<co
     return lines;
 }
 
+namespace {
+
+std::vector<std::string> touching_warnings(const SceneSpec& spec, World& world) {
+    std::map<int, std::vector<Intersection>> found;
+    for (const Intersection& touching : world.touching_at_rest())
+        found[touching.surface_a].push_back(touching);  // bodies are the first surfaces
+    const std::vector<std::string> labels = body_labels(spec);
+    std::vector<std::string> lines;
+    for (const auto& [body, all] : found)
+        lines.push_back(fmt::format(
+            "{}: {} intersect at rest, the first are {} and {}; these and their neighbours do not press each "
+            "other, and do not count as intersecting",
+            labels[body], counted(all.size(), "pair of its faces", "pairs of its faces"), all.front().a,
+            all.front().b));
+    return lines;
+}
+
 std::vector<std::string> narrow_gap_warnings(const SceneSpec& spec, const World& world) {
     std::vector<std::string> lines;
-    if (!spec.contact.self_contact || spec.contact.intersection_free) return lines;
     std::map<const ContactShape*, RestGaps> known;  // bodies that share data are measured once
     const std::vector<std::string> labels = body_labels(spec);
     for (int b = 0; b < world.body_count(); ++b) {
@@ -115,6 +131,13 @@ std::vector<std::string> narrow_gap_warnings(const SceneSpec& spec, const World&
                 entry->second.least));
     }
     return lines;
+}
+
+}  // namespace
+
+std::vector<std::string> rest_warnings(const SceneSpec& spec, World& world) {
+    if (spec.contact.intersection_free) return touching_warnings(spec, world);
+    return spec.contact.self_contact ? narrow_gap_warnings(spec, world) : std::vector<std::string>{};
 }
 
 namespace {

@@ -30,8 +30,9 @@ std::vector<std::string> body_labels(const SceneSpec& spec);
 /// spec.bodies.
 std::vector<std::string> scene_body_warnings(const SceneSpec& spec, std::span<const LoadedBody> bodies);
 
-/// Lines about bodies whose walls face each other at rest across so little that contact of a body with itself
-/// leaves them out, see SelfContactRest and rest_gaps(). world: of the scene, not moved yet.
-std::vector<std::string> narrow_gap_warnings(const SceneSpec& spec, const World& world);
+/// Lines about bodies whose faces at rest are so near to each other that contact of a body with itself leaves
+/// them out: see SelfContactRest and rest_gaps(), and in steps without intersections
+/// World::touching_at_rest(). world: of the scene, not moved yet.
+std::vector<std::string> rest_warnings(const SceneSpec& spec, World& world);
 
 }  // namespace nbd

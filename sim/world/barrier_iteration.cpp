@@ -51,9 +51,10 @@ std::vector<Intersection> World::intersecting_faces() {
     return barrier().intersections(nodes_now());
 }
 
+std::vector<Intersection> World::touching_at_rest() { return barrier().touching_at_rest(); }
+
 void World::check_start() {
     if (!config_.contact.intersection_free || start_is_checked_) return;
-    barrier().check_rest();
     if (const auto found = intersecting_faces(); !found.empty())
         throw std::invalid_argument(fmt::format("without intersections, the start must have none, but {}{}",
                                                 intersection_text(found, barrier().surfaces()),

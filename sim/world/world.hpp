@@ -149,11 +149,14 @@ class World {
 
     /// All faces that intersect: between bodies, with meshes of obstacles, and within a body, where faces
     /// with common vertices have other points in common, too. By exact tests of positions in double
-    /// precision.
+    /// precision. Without those of touching_at_rest().
     std::vector<Intersection> intersecting_faces();
+    /// Faces of one body that intersect at rest, as scans have some. In steps without intersections, they and
+    /// their neighbours do not press each other.
+    std::vector<Intersection> touching_at_rest();
 
     /// Throws std::invalid_argument, naming the faces, where steps without intersections are asked for and
-    /// surfaces intersect, touch, or touch themselves at rest. The first step does it if nobody did before.
+    /// surfaces intersect or touch. The first step does it if nobody did before.
     void check_start();
 
     /// Moves bodies without grips apart, and out of obstacles, until nothing intersects; in steps without

@@ -146,14 +146,14 @@ struct WorldObject {
 using UsedWorld = Used<WorldObject>;
 
 /// Warns of what may make the motion wrong.
-void tell(const WorldObject& object) {
+void tell(WorldObject& object) {
     const SceneSpec& scene = object.scene;
     if (const std::string line =
             start_warning(start_faults(object.world, body_labels(scene)), scene.resolve_start);
         !line.empty())
         notice(line);
     for (const std::string& line : scene_body_warnings(scene, object.bodies)) notice(line);
-    for (const std::string& line : narrow_gap_warnings(scene, object.world)) notice(line);
+    for (const std::string& line : rest_warnings(scene, object.world)) notice(line);
 }
 
 std::unique_ptr<WorldObject> make_world(const Typed<"Union[Path, Mapping[str, Any]]">& scene,

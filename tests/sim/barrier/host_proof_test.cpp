@@ -159,7 +159,7 @@ TEST_P(HostProofTest, ItsFacesKeepHalfOfTheirDistance) {
 /// What is found is what a look at all pairs finds, but for faces on one host.
 TEST_P(HostProofTest, NearFeaturesAreThoseThatALookAtAllPairsFinds) {
     NearFeatureSearch search;
-    search.begin(surfaces_);
+    search.begin(surfaces_, {});
     const double reach = 0.02 * GetParam();
     int near = 0;
     for (const Pose& pose : poses) {
@@ -186,7 +186,8 @@ TEST_P(HostProofTest, NearFeaturesAreThoseThatALookAtAllPairsFinds) {
                     double least = reach;
                     for (const double share : {0.0, 0.25, 0.5, 0.75, 1.0})
                         least = std::min(least, feature_distance(surface(), surfaces_, pair, share, false));
-                    if (least >= std::min(reach, 0.5 * feature_distance(surface(), surfaces_, pair, 0, true)))
+                    if (least >= std::min(reach, HostProof::least_share *
+                                                     feature_distance(surface(), surfaces_, pair, 0, true)))
                         return;
                     ++near;
                     EXPECT_TRUE(found.contains(pair)) << a << ' ' << b << " at bend " << pose.bend;
@@ -198,7 +199,7 @@ TEST_P(HostProofTest, NearFeaturesAreThoseThatALookAtAllPairsFinds) {
 
 TEST_P(HostProofTest, IntersectionsAreThoseOfALookAtAllPairs) {
     IntersectionSearch search;
-    search.begin(surfaces_);
+    search.begin(surfaces_, 0);
     int intersecting = 0;
     for (const Pose& pose : poses) {
         move(pose, 0);
@@ -209,10 +210,10 @@ TEST_P(HostProofTest, IntersectionsAreThoseOfALookAtAllPairs) {
         for (Eigen::Index v = 0; v < x.rows(); ++v) x.row(v) = surface().end(v);
         std::vector<MovingSurface> plain;
         plain.emplace_back(surface().F(), surface().rest(), 0);
-        plain[0].move(x, x);
         ASSERT_FALSE(plain[0].hangs_on_nodes());
         IntersectionSearch all;
-        all.begin(plain);
+        all.begin(plain, 0);
+        plain[0].move(x, x);
         std::set<FacePair> expected;
         for (const Intersection& i : all.find(plain))
             if (!surface().proof()->hang_on_one_host({i.a, i.b})) expected.insert({i.a, i.b});
@@ -264,8 +265,9 @@ TEST(HostProof, ItsSurfaceIsLookedAtWholeAtRest) {
     std::vector<MovingSurface> surfaces;
     surfaces.emplace_back(std::make_shared<const ContactShape>(W, box.shape->F, box.tets.X), box.tets, 0);
     IntersectionSearch search;
-    search.begin(surfaces);
-    EXPECT_FALSE(search.find_at_rest(surfaces).empty());
+    search.begin(surfaces, 0);
+    EXPECT_FALSE(search.at_rest().empty());
+    EXPECT_TRUE(search.find(surfaces).empty());
 }
 
 }  // namespace

@@ -78,7 +78,7 @@ std::vector<MovingSurface> scene() {
 TEST(NearFeatures, HoldAllPairsThatComeWithinTheirReach) {
     std::vector<MovingSurface> surfaces = scene();
     NearFeatureSearch search;
-    search.begin(surfaces);
+    search.begin(surfaces, {});
     constexpr double reach = 0.03;
     const auto found = search.find(surfaces, reach);
     std::set<FeaturePair> pairs;
@@ -106,7 +106,7 @@ TEST(NearFeatures, DoNotDependOnTheMotionsBefore) {
     std::vector<MovingSurface> surfaces = scene();
     constexpr double reach = 0.01;
     NearFeatureSearch search;
-    search.begin(surfaces);
+    search.begin(surfaces, {});
     std::vector<Nodes> begin, end;
     for (const MovingSurface& s : surfaces) {
         begin.push_back(s.begin_points());
@@ -125,7 +125,7 @@ TEST(NearFeatures, DoNotDependOnTheMotionsBefore) {
             surfaces[s].move(from, to);
         }
         NearFeatureSearch fresh;
-        fresh.begin(surfaces);
+        fresh.begin(surfaces, {});
         const auto expected = fresh.find(surfaces, reach);
         const auto found = search.find(surfaces, reach);
         ASSERT_TRUE(std::ranges::equal(found, expected)) << k;
@@ -140,7 +140,7 @@ TEST(NearFeatures, DoNotDependOnTheMotionsBefore) {
 
 std::vector<Intersection> intersections_of(std::vector<MovingSurface>& surfaces) {
     IntersectionSearch search;
-    search.begin(surfaces);
+    search.begin(surfaces, 0);
     return search.find(surfaces);
 }
 

@@ -36,7 +36,7 @@ std::size_t intersections(const World& world, const std::vector<const Model*>& m
         surfaces.back().move(x, x);
     }
     IntersectionSearch search;
-    search.begin(surfaces);
+    search.begin(surfaces, 0);
     return search.find(surfaces).size();
 }
 
