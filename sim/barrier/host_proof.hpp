@@ -9,9 +9,9 @@
 
 namespace nbd {
 
-/// Proves of faces of one body that they keep at least a tenth of the distance that they have at rest all along
-/// a motion, by the gradients of their hosts and how the nodes about these differ: see HostNeighbours. A
-/// motion is straight for every vertex. Faces whose corners all have one host keep apart in any pose that
+/// Proves of faces of one body that they keep at least a tenth of the distance that they have at rest all
+/// along a motion, by the gradients of their hosts and how the nodes about these differ: see HostNeighbours.
+/// A motion is straight for every vertex. Faces whose corners all have one host keep apart in any pose that
 /// does not make it flat.
 class HostProof {
  public:

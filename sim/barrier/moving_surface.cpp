@@ -34,15 +34,6 @@ std::shared_ptr<const CollisionTree> tree_of(const ContactShape& shape, NodesRef
     return std::make_shared<const CollisionTree>(std::move(tree));
 }
 
-/// Whether a surface is much finer than its nodes and each of its vertices hangs on those of a tetrahedron at
-/// most. A smoothed one hangs on more.
-bool is_carried_by_tets(const ContactShape& shape) {
-    const int* begin = shape.W.outerIndexPtr();
-    for (int v = 0; v < shape.vertex_count(); ++v)
-        if (begin[v + 1] - begin[v] > 4) return false;
-    return shape.is_much_finer;
-}
-
 BoundKind bounds_of(bool hangs_on_nodes) { return hangs_on_nodes ? BoundKind::affine : BoundKind::boxes; }
 
 }  // namespace
@@ -50,12 +41,15 @@ BoundKind bounds_of(bool hangs_on_nodes) { return hangs_on_nodes ? BoundKind::af
 MovingSurface::MovingSurface(std::shared_ptr<const ContactShape> shape, const TetMesh& tets, int body)
     : shape_(std::move(shape)),
       body_(body),
-      hangs_on_nodes_(is_carried_by_tets(*shape_) && shape_->overhang <= -AffineModel::least_weight),
+      hangs_on_nodes_(shape_->is_much_finer && shape_->overhang <= -AffineModel::least_weight),
       rest_nodes_(tets.X),
       rest_(placed(shape_->W, tets.X)),
       shared_tree_(tree_of(*shape_, tets.X, rest_, hangs_on_nodes_)),
       tree_(shared_tree_, bounds_of(hangs_on_nodes_)),
       own_tree_(shared_tree_, bounds_of(hangs_on_nodes_)) {
+    for (int v = 0; v < shape_->vertex_count(); ++v)
+        most_carriers_ =
+            std::max(most_carriers_, shape_->W.outerIndexPtr()[v + 1] - shape_->W.outerIndexPtr()[v]);
     move(tets.X, tets.X);
     if (shape_->is_much_finer) find_hosts(tets);
 }
@@ -64,6 +58,7 @@ MovingSurface::MovingSurface(const MovingSurface& twin, int body)
     : shape_(twin.shape_),
       body_(body),
       hangs_on_nodes_(twin.hangs_on_nodes_),
+      most_carriers_(twin.most_carriers_),
       rest_nodes_(twin.rest_nodes_),
       rest_(twin.rest_),
       shared_tree_(twin.shared_tree_),
@@ -127,8 +122,8 @@ void MovingSurface::move(Nodes begin, Nodes end) {
 }
 
 double MovingSurface::rounding() const noexcept {
-    // Of a vertex, and of the weights and sum of four nodes.
-    const double steps = hangs_on_nodes_ ? 8 : 1;
+    // Of a vertex, or of the weights and sum of its nodes.
+    const double steps = hangs_on_nodes_ ? 2 * most_carriers_ : 1;
     return steps * 0x1p-24 * std::sqrt(3.0) *
            std::max(begin_.cwiseAbs().maxCoeff(), end_.cwiseAbs().maxCoeff());
 }

@@ -59,8 +59,8 @@ class MovingSurface {
     /// The same relative to the mean motion of the points, for queries of the surface with itself.
     PosedTree& own_tree() noexcept { return own_tree_; }
     const Eigen::Vector3d& mean_motion() const noexcept { return mean_motion_; }
-    /// Tells which of its faces need no look in this motion. None unless the surface is much
-    /// finer than the tetrahedra that carry it, and no vertex hangs on several of them, as smoothed ones do.
+    /// Tells which of its faces need no look in this motion. None unless the surface is much finer than the
+    /// tetrahedra that carry it.
     const std::optional<HostProof>& proof() const noexcept { return proof_; }
     /// By how much the positions that the tree sees may be off, metres.
     double rounding() const noexcept;
@@ -73,6 +73,7 @@ class MovingSurface {
     std::shared_ptr<const ContactShape> shape_;
     int body_;
     bool hangs_on_nodes_;
+    int most_carriers_ = 0;  // nodes that a vertex hangs on
     Nodes rest_nodes_, rest_, begin_, end_;
     Eigen::Vector3d mean_motion_ = Eigen::Vector3d::Zero();
     std::shared_ptr<const CollisionTree> shared_tree_;

@@ -17,10 +17,26 @@
 namespace nbd {
 namespace {
 
+/// Each vertex half way to the mean of those around it.
+Embedding smoothed(const Embedding& W, const Faces& F) {
+    std::vector<std::set<int>> around(W.rows());
+    for (Eigen::Index f = 0; f < F.rows(); ++f)
+        for (int k = 0; k < 3; ++k) around[F(f, k)].insert({F(f, (k + 1) % 3), F(f, (k + 2) % 3)});
+    std::vector<Eigen::Triplet<double>> means;
+    for (int v = 0; v < W.rows(); ++v) {
+        means.emplace_back(v, v, 0.5);
+        for (const int w : around[v]) means.emplace_back(v, w, 0.5 / static_cast<double>(around[v].size()));
+    }
+    Embedding mean(W.rows(), W.rows());
+    mean.setFromTriplets(means.begin(), means.end());
+    return (mean * W).pruned();
+}
+
 /// A box whose surface is much finer than its nodes, with bumps that leave its tetrahedra's faces, so that
-/// vertices hang on one to four nodes. Nothing leaves the tetrahedra.
+/// vertices hang on one to four nodes. Nothing leaves the tetrahedra. smoothings: of its surface, whose
+/// vertices then hang on the nodes of several tetrahedra.
 struct FineBox {
-    explicit FineBox(int levels, double size = 1) {
+    explicit FineBox(int levels, double size = 1, int smoothings = 0) {
         const Body body = test::fine_box_body(size * Eigen::Vector3d(1, 0.4, 0.4), {5, 2, 2}, levels);
         tets = body.tets;
         Embedding W = body.W;
@@ -40,6 +56,7 @@ struct FineBox {
                 break;
             }
         }
+        for (int k = 0; k < smoothings; ++k) W = smoothed(W, body.surface.F);
         W.makeCompressed();
         shape = std::make_shared<const ContactShape>(W, body.surface.F, tets.X);
     }
@@ -84,10 +101,15 @@ double feature_distance(const MovingSurface& s, const std::vector<MovingSurface>
     return closest_points(pair.kind, x).distance;
 }
 
-class HostProofTest : public testing::TestWithParam<double> {
+struct Box {
+    double size;
+    int smoothings;
+};
+
+class HostProofTest : public testing::TestWithParam<Box> {
  protected:
     void SetUp() override {
-        const FineBox box(2, GetParam());
+        const FineBox box(2, GetParam().size, GetParam().smoothings);
         surfaces_.emplace_back(box.shape, box.tets, 0);
         X_ = box.tets.X;
         leaf_of_.resize(surface().F().rows());
@@ -124,7 +146,7 @@ TEST_P(HostProofTest, ItsFacesKeepHalfOfTheirDistance) {
             // Of which leaves something is known, a query tells: of those, it gives the open ones alone.
             SelfQuery query;
             const auto found = set_of(query.boxes_within(
-                surfaces_[0].own_tree(), static_cast<float>(GetParam()), proof.known_leaves(), {}));
+                surfaces_[0].own_tree(), static_cast<float>(GetParam().size), proof.known_leaves(), {}));
             int proved = 0, all = 0;
             for (int a = 0; a < surface().F().rows(); a += 23)
                 for (int b = a + 1; b < surface().F().rows(); ++b) {
@@ -160,7 +182,7 @@ TEST_P(HostProofTest, ItsFacesKeepHalfOfTheirDistance) {
 TEST_P(HostProofTest, NearFeaturesAreThoseThatALookAtAllPairsFinds) {
     NearFeatureSearch search;
     search.begin(surfaces_, {});
-    const double reach = 0.02 * GetParam();
+    const double reach = 0.02 * GetParam().size;
     int near = 0;
     for (const Pose& pose : poses) {
         move(pose, 0.02);
@@ -233,7 +255,7 @@ TEST_P(HostProofTest, NumbersThatAreNotFiniteProveNothing) {
     EXPECT_GT(proof.open_leaves().size() + proof.open_faces().size(), at_rest);
 }
 
-INSTANTIATE_TEST_SUITE_P(Sizes, HostProofTest, testing::Values(1e-3, 100));
+INSTANTIATE_TEST_SUITE_P(Boxes, HostProofTest, testing::Values(Box{1e-3, 0}, Box{100, 0}, Box{1, 4}));
 
 TEST(HostProof, TwinsShareWhatIsKnownAtRest) {
     const FineBox box(2);
