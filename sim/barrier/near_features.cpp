@@ -19,52 +19,6 @@ double outside(const Nodes& x, const Nodes& low, const Nodes& high) {
     return std::max({(low - x).maxCoeff(), (x - high).maxCoeff(), 0.0});
 }
 
-/// Features of two faces of one surface in a motion.
-class MovingFaces {
- public:
-    MovingFaces(const MovingSurface& surface, FacePair faces) {
-        for (std::size_t k = 0; k < 6; ++k) {
-            const int v = k < 3 ? surface.F()(faces.a, k) : surface.F()(faces.b, k - 3);
-            vertices_[k] = v;
-            rest_[k] = surface.rest().row(v);
-            begin_[k] = surface.begin(v);
-            end_[k] = surface.end(v).transpose() - surface.mean_motion();
-            low_[k] = begin_[k].cwiseMin(end_[k]);
-            high_[k] = begin_[k].cwiseMax(end_[k]);
-        }
-    }
-    /// The distance at which features press, if they may come so near: at most `reach`, and a share of their
-    /// distance at rest. 0 if they do not, or have a common vertex.
-    double reach_of(FeatureKind kind, const PlacesInFaces& places, double reach) const {
-        const std::size_t of_a = corners_of_a(kind);
-        PairBoxes boxes(kind);
-        double most = 0;  // by which corners of the two features approach each other
-        for (std::size_t k = 0; k < 4; ++k) {
-            const std::size_t i = places[k];
-            boxes.add(k, low_[i].array());
-            boxes.add(k, high_[i].array());
-            for (std::size_t l = of_a; k < of_a && l < 4; ++l) {
-                const std::size_t j = places[l];
-                if (vertices_[i] == vertices_[j]) return 0;
-                most = std::max(most, (end_[i] - begin_[i] - end_[j] + begin_[j]).squaredNorm());
-            }
-        }
-        const double apart = boxes.gaps().maxCoeff();
-        if (apart > reach) return 0;
-        const auto distance = [&](const std::array<Eigen::Vector3d, 6>& x) {
-            return closest_points(kind, {x[places[0]], x[places[1]], x[places[2]], x[places[3]]}).distance;
-        };
-        const double begin = distance(begin_) - std::sqrt(most);
-        if (begin > reach) return 0;
-        reach = std::min(reach, rest_share * distance(rest_));
-        return apart <= reach && begin <= reach ? reach : 0;
-    }
-
- private:
-    std::array<int, 6> vertices_;
-    std::array<Eigen::Vector3d, 6> rest_, begin_, end_, low_, high_;
-};
-
 /// The faces of one surface that own the features of a pair.
 Intersection owners(const FeaturePair& pair, const SurfaceTopology& topology) {
     const bool is_edges = pair.kind == FeatureKind::edge_edge;
@@ -74,6 +28,61 @@ Intersection owners(const FeaturePair& pair, const SurfaceTopology& topology) {
 }
 
 }  // namespace
+
+/// Features of two faces in a motion; if both are of one surface, relative to its mean motion.
+class NearFeatureSearch::MovingFaces {
+ public:
+    MovingFaces(const MovingSurface& s, const MovingSurface& t, FacePair faces) : is_one_(&s == &t) {
+        const Eigen::Vector3d frame = is_one_ ? s.mean_motion() : Eigen::Vector3d::Zero();
+        for (std::size_t k = 0; k < 6; ++k) {
+            const MovingSurface& surface = k < 3 ? s : t;
+            const int v = k < 3 ? s.F()(faces.a, k) : t.F()(faces.b, k - 3);
+            vertices_[k] = v;
+            rest_[k] = surface.rest().row(v);
+            begin_[k] = surface.begin(v);
+            end_[k] = surface.end(v).transpose() - frame;
+            low_[k] = begin_[k].cwiseMin(end_[k]);
+            high_[k] = begin_[k].cwiseMax(end_[k]);
+        }
+    }
+    /// By how much the boxes of two features over the motion are apart, see boxes_apart().
+    double apart(FeatureKind kind, const PlacesInFaces& places) const {
+        PairBoxes boxes(kind);
+        for (std::size_t k = 0; k < 4; ++k) {
+            boxes.add(k, low_[places[k]].array());
+            boxes.add(k, high_[places[k]].array());
+        }
+        return boxes.gaps().maxCoeff();
+    }
+    /// Less than the distance of two features at any time of the motion.
+    double least_distance(FeatureKind kind, const PlacesInFaces& places) const {
+        double most = 0;  // by which corners of the two approach each other
+        for (std::size_t k = 0; k < corners_of_a(kind); ++k)
+            for (std::size_t l = corners_of_a(kind); l < 4; ++l) {
+                const std::size_t i = places[k], j = places[l];
+                most = std::max(most, (end_[i] - begin_[i] - end_[j] + begin_[j]).squaredNorm());
+            }
+        return distance(kind, places, begin_) - std::sqrt(most);
+    }
+    /// The distance at which features press, metres: at most `reach`. 0: they have a common vertex.
+    double reach_of(FeatureKind kind, const PlacesInFaces& places, double reach) const {
+        if (!is_one_) return reach;
+        for (std::size_t k = 0; k < corners_of_a(kind); ++k)
+            for (std::size_t l = corners_of_a(kind); l < 4; ++l)
+                if (vertices_[places[k]] == vertices_[places[l]]) return 0;
+        return std::min(reach, rest_share * distance(kind, places, rest_));
+    }
+
+ private:
+    static double distance(FeatureKind kind, const PlacesInFaces& places,
+                           const std::array<Eigen::Vector3d, 6>& x) {
+        return closest_points(kind, {x[places[0]], x[places[1]], x[places[2]], x[places[3]]}).distance;
+    }
+
+    bool is_one_;
+    std::array<int, 6> vertices_;
+    std::array<Eigen::Vector3d, 6> rest_, begin_, end_, low_, high_;
+};
 
 void NearFeatureSearch::begin(const std::vector<MovingSurface>& surfaces,
                               std::span<const Intersection> touching) {
@@ -148,13 +157,17 @@ void NearFeatureSearch::ask_trees(std::vector<MovingSurface>& surfaces, double r
         }
         references_.push_back(std::move(reference));
     }
+    candidates_.clear();
     const auto add = [&](int a, int b, const auto& query) {
         const std::span<const FacePair> pairs = timed(costs_.collision_us, query);
         costs_.face_pairs += std::ssize(pairs);
-        const auto numbered = [&](int s) { return surfaces[s].numbered(s); };
-        for (const FacePair& faces : pairs)
-            for_each_owned_pair(numbered(a), numbered(b), faces,
-                                [&](const FeaturePair& pair, auto) { found_.push_back({pair}); });
+        collect(surfaces, a, b, pairs,
+                [&](const MovingFaces& moving, FeatureKind kind, const PlacesInFaces& places) {
+                    const double apart = moving.apart(kind, places);
+                    if (apart > reach + room_) return Near{};
+                    const Near near{.reach = moving.reach_of(kind, places, reach), .apart = apart};
+                    return apart <= near.reach + room_ ? near : Near{};
+                });
     };
     const int count = surfaces.size();
     for (int a = 0; a < count; ++a) {
@@ -170,17 +183,34 @@ void NearFeatureSearch::ask_trees(std::vector<MovingSurface>& surfaces, double r
             add(a, b, [&] { return pair_query_.boxes_within(s.tree(), t.tree(), distance); });
         }
     }
-    std::vector<double> apart(found_.size());
-    parallel_for(found_.size(), [&](int i) {
-        NearFeatures& near = found_[i];
-        near.reach = reach;
-        apart[i] = boxes_apart(near.pair, surfaces);
-        if (apart[i] <= reach + room_ && near.pair.surface_a == near.pair.surface_b)
-            near.reach = std::min(reach, rest_share * rest_distance(near.pair, surfaces));
+}
+
+/// Appends to the candidates the features of pairs of faces for which measure(moving, kind, places) gives a
+/// reach.
+template <class Measure>
+void NearFeatureSearch::collect(const std::vector<MovingSurface>& surfaces, int a, int b,
+                                std::span<const FacePair> faces, const Measure& measure) {
+    const NumberedSurface s = surfaces[a].numbered(a), t = surfaces[b].numbered(b);
+    near_bits_.assign(faces.size(), 0);  // in the order of for_each_owned_pair()
+    parallel_for(faces.size(), [&](int i) {
+        if (a == b && surfaces[a].proof() && surfaces[a].proof()->hang_on_one_host(faces[i])) return;
+        const MovingFaces moving(surfaces[a], surfaces[b], faces[i]);
+        int bit = 0;
+        for_each_owned_pair(s, t, faces[i], [&](const FeaturePair& pair, const PlacesInFaces& places) {
+            if (measure(moving, pair.kind, places).reach > 0) near_bits_[i] |= 1u << bit;
+            ++bit;
+        });
     });
-    candidates_.clear();
-    for (std::size_t i = 0; i < found_.size(); ++i)
-        if (apart[i] <= found_[i].reach + room_) candidates_.push_back({found_[i], apart[i]});
+    for (std::size_t i = 0; i < faces.size(); ++i) {
+        if (near_bits_[i] == 0) continue;
+        const MovingFaces moving(surfaces[a], surfaces[b], faces[i]);
+        int bit = 0;
+        for_each_owned_pair(s, t, faces[i], [&](const FeaturePair& pair, const PlacesInFaces& places) {
+            if ((near_bits_[i] >> bit++ & 1) == 0) return;
+            const Near near = measure(moving, pair.kind, places);
+            candidates_.push_back({{pair, near.reach}, near.apart});
+        });
+    }
 }
 
 void NearFeatureSearch::keep_near(const std::vector<MovingSurface>& surfaces, double reach) {
@@ -212,29 +242,17 @@ void NearFeatureSearch::keep_near_unproved(std::vector<MovingSurface>& surfaces,
     costs_.face_pairs += std::ssize(pairs);
     faces_.assign(pairs.begin(), pairs.end());
     faces_.insert(faces_.end(), proof.open_faces().begin(), proof.open_faces().end());
-    // Bits of the pairs of features that come near, in the order of for_each_owned_pair().
-    near_bits_.assign(faces_.size(), 0);
-    const NumberedSurface numbered = s.numbered(surface);
-    parallel_for(faces_.size(), [&](int i) {
-        if (proof.hang_on_one_host(faces_[i])) return;
-        const MovingFaces moving(s, faces_[i]);
-        int bit = 0;
-        for_each_owned_pair(numbered, numbered, faces_[i],
-                            [&](const FeaturePair& pair, const PlacesInFaces& places) {
-                                if (moving.reach_of(pair.kind, places, reach) > 0) near_bits_[i] |= 1u << bit;
-                                ++bit;
-                            });
-    });
-    for (std::size_t i = 0; i < faces_.size(); ++i) {
-        if (near_bits_[i] == 0) continue;
-        const MovingFaces moving(s, faces_[i]);
-        int bit = 0;
-        for_each_owned_pair(numbered, numbered, faces_[i],
-                            [&](const FeaturePair& pair, const PlacesInFaces& places) {
-                                if ((near_bits_[i] >> bit++ & 1) != 0)
-                                    kept_.push_back({pair, moving.reach_of(pair.kind, places, reach)});
-                            });
-    }
+    const std::size_t others = candidates_.size();
+    collect(surfaces, surface, surface, faces_,
+            [&](const MovingFaces& moving, FeatureKind kind, const PlacesInFaces& places) {
+                const double apart = moving.apart(kind, places);
+                if (apart > reach || moving.least_distance(kind, places) > reach) return Near{};
+                const Near near{.reach = moving.reach_of(kind, places, reach), .apart = apart};
+                return apart <= near.reach && moving.least_distance(kind, places) <= near.reach ? near
+                                                                                                : Near{};
+            });
+    for (std::size_t i = others; i < candidates_.size(); ++i) kept_.push_back(candidates_[i].near);
+    candidates_.resize(others);
 }
 
 }  // namespace nbd

@@ -50,6 +50,14 @@ class NearFeatureSearch {
 
     Deviation deviation(std::size_t surface, const MovingSurface& moved) const;
     bool reference_holds(const std::vector<MovingSurface>& surfaces, double reach);
+    class MovingFaces;
+    /// Of two features; without a reach they are not near.
+    struct Near {
+        double reach = 0, apart = 0;
+    };
+    template <class Measure>
+    void collect(const std::vector<MovingSurface>& surfaces, int a, int b, std::span<const FacePair> faces,
+                 const Measure& measure);
     void ask_trees(std::vector<MovingSurface>& surfaces, double reach);
     void keep_near(const std::vector<MovingSurface>& surfaces, double reach);
     void keep_near_unproved(std::vector<MovingSurface>& surfaces, int surface, double reach);

@@ -134,7 +134,7 @@ class HostProofTest : public testing::TestWithParam<Box> {
     std::vector<int> leaf_of_;
 };
 
-TEST_P(HostProofTest, ItsFacesKeepHalfOfTheirDistance) {
+TEST_P(HostProofTest, ItsFacesKeepTheirShareOfTheirDistance) {
     ASSERT_TRUE(surface().hangs_on_nodes());
     const NumberedSurface numbered = surface().numbered(0);
     for (const Pose& pose : poses) {
