@@ -13,19 +13,31 @@ namespace nbd {
 /// if all have. at(vertex): its position, Eigen::Vector3d.
 template <class Position>
 double face_distance(const std::array<int, 3>& a, const std::array<int, 3>& b, const Position& at) {
+    using Corners = std::array<Eigen::Vector3d, 3>;
+    const Corners x{at(a[0]), at(a[1]), at(a[2])}, y{at(b[0]), at(b[1]), at(b[2])};
     double least = std::numeric_limits<double>::infinity();
-    const auto vertices = [&](const std::array<int, 3>& s, const std::array<int, 3>& t) {
-        for (const int v : s)
-            if (std::ranges::find(t, v) == t.end())
-                least = std::min(least, closest_point_triangle(at(v), at(t[0]), at(t[1]), at(t[2])).distance);
+    // The gap between two boxes along an axis tells at less cost that features are no nearer.
+    const auto may_be_nearer = [&](const auto& low_s, const auto& high_s, const auto& low_t,
+                                   const auto& high_t) {
+        return (low_s - high_t).cwiseMax(low_t - high_s).maxCoeff() < least;
     };
-    vertices(a, b);
-    vertices(b, a);
+    const auto vertices = [&](const std::array<int, 3>& s, const Corners& p, const std::array<int, 3>& t,
+                              const Corners& q) {
+        const Eigen::Vector3d low = q[0].cwiseMin(q[1]).cwiseMin(q[2]),
+                              high = q[0].cwiseMax(q[1]).cwiseMax(q[2]);
+        for (std::size_t i = 0; i < 3; ++i)
+            if (std::ranges::find(t, s[i]) == t.end() && may_be_nearer(p[i], p[i], low, high))
+                least = std::min(least, closest_point_triangle(p[i], q[0], q[1], q[2]).distance);
+    };
+    vertices(a, x, b, y);
+    vertices(b, y, a, x);
     for (std::size_t i = 0; i < 3; ++i)
         for (std::size_t j = 0; j < 3; ++j) {
-            const std::array<int, 4> e{a[i], a[(i + 1) % 3], b[j], b[(j + 1) % 3]};
-            if (e[0] == e[2] || e[0] == e[3] || e[1] == e[2] || e[1] == e[3]) continue;
-            least = std::min(least, closest_edge_edge(at(e[0]), at(e[1]), at(e[2]), at(e[3])).distance);
+            const std::size_t k = (i + 1) % 3, l = (j + 1) % 3;
+            if (a[i] == b[j] || a[i] == b[l] || a[k] == b[j] || a[k] == b[l]) continue;
+            if (may_be_nearer(x[i].cwiseMin(x[k]), x[i].cwiseMax(x[k]), y[j].cwiseMin(y[l]),
+                              y[j].cwiseMax(y[l])))
+                least = std::min(least, closest_edge_edge(x[i], x[k], y[j], y[l]).distance);
         }
     return least;
 }

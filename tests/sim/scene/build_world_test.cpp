@@ -296,6 +296,30 @@ TEST(CheckScene, AcceptsBodiesThatTouchTheFloor) {
     EXPECT_EQ(check_scene(reading, bodies).problems, std::vector<std::string>{});
 }
 
+TEST(RestWarnings, TellOfFacesThatIntersectAtRest) {
+    Body body = test::box_body({1, 0.4, 0.3}, {4, 2, 2});
+    const std::string scene =
+        R"({"bodies": [{"body": "a", "name": "box"}], "contact": {"intersection_free": true}})";
+    const auto warnings = [&] {
+        const LoadedBody loaded{std::make_shared<const Body>(body), nullptr};
+        World world = built(scene, loaded);
+        return rest_warnings(parse_scene(scene, ""), world);
+    };
+    EXPECT_EQ(warnings(), std::vector<std::string>{});
+    // The second corner of a face in the place of the first one.
+    const int from = body.surface.F(0, 0), to = body.surface.F(0, 1);
+    std::vector<Eigen::Triplet<double>> weights;
+    for (int v = 0; v < body.W.rows(); ++v)
+        for (Embedding::InnerIterator entry(body.W, v == to ? from : v); entry; ++entry)
+            weights.emplace_back(v, entry.col(), entry.value());
+    body.W.setFromTriplets(weights.begin(), weights.end());
+    const std::vector<std::string> found = warnings();
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_NE(found[0].find("bodies[0] (box): "), std::string::npos) << found[0];
+    EXPECT_NE(found[0].find(" pairs of its faces intersect at rest, the first are "), std::string::npos)
+        << found[0];
+}
+
 TEST(BuildWorld, FrictionHoldsABlockOnASlopeFor20Seconds) {
     for (const std::string mode : {"false", "true"}) {
         World world = built(R"({"bodies": [{"body": "a.h5",
