@@ -157,12 +157,13 @@ double HostNeighbours::distance(const Face& a, const Face& b) const {
     return face_distance(a, b, [&](int v) { return at(v); });
 }
 
-/// Less than the distance of two faces: the gap between them along the line through their middles.
+/// At most the distance of two faces: the gap between them along the line through their middles; 0 where
+/// these coincide.
 double HostNeighbours::gap_between_middles(const Face& a, const Face& b) const {
     const Eigen::Vector3d way = at(b[0]) + at(b[1]) + at(b[2]) - at(a[0]) - at(a[1]) - at(a[2]);
     const double end_of_a = std::max({way.dot(at(a[0])), way.dot(at(a[1])), way.dot(at(a[2]))}),
                  begin_of_b = std::min({way.dot(at(b[0])), way.dot(at(b[1])), way.dot(at(b[2]))});
-    return (begin_of_b - end_of_a) / way.norm();
+    return way.isZero(0) ? 0 : (begin_of_b - end_of_a) / way.norm();
 }
 
 HostNeighbours::Measured HostNeighbours::measured(int f) const {
@@ -239,7 +240,7 @@ HostNeighbours::Measured HostNeighbours::measured(const WideTree& tree, LeafPair
             double longest = 0;
             for (const std::size_t v : s[i].places)
                 for (const std::size_t w : t[j].places) longest = std::max(longest, spread.between(v, w));
-            if (!(longest > apart && longest > common_ratio * gap_between_middles(a, b))) continue;
+            if (longest <= std::max({0.0, apart, common_ratio * gap_between_middles(a, b)})) continue;
             const FacePair faces{tree.faces[tree_width * pair.a + i], tree.faces[tree_width * pair.b + j]};
             if (const double r = ratio(longest, distance(a, b)); r > common_ratio)
                 result.group.faces.push_back({faces, r});

@@ -84,7 +84,7 @@ class HostNeighbours {
         const std::vector<int>& others() const noexcept { return others_; }  // nodes
         /// D of two vertices by their places, metres.
         double between(std::size_t i, std::size_t j) const { return (of(i) - of(j)).lpNorm<1>(); }
-        /// At least a part of it: between(i, j) is at most the sum of both.
+        /// Of two vertices, the sum of these is at least between(i, j).
         double from_middle(std::size_t i) const { return (of(i) - middle_).lpNorm<1>(); }
 
      private:
@@ -109,9 +109,8 @@ class HostNeighbours {
     std::shared_ptr<const ContactShape> shape_;
     Nodes nodes_, rest_;
     std::vector<Host> hosts_;
-    std::vector<int>
-        host_of_;  // [n] of each vertex the one that carries most of it; none: it hangs on no node
-    std::vector<char> is_carried_;  // [n] whether it carries all of it
+    std::vector<int> host_of_;      // [n] the host that carries most of a vertex; none: no node carries it
+    std::vector<char> is_carried_;  // [n] whether that host carries all of it
     std::vector<Group> groups_;
     std::vector<int> begin_;  // [hosts + 2]
     LeafPairSet known_leaves_;

@@ -246,10 +246,11 @@ void NearFeatureSearch::keep_near_unproved(std::vector<MovingSurface>& surfaces,
     collect(surfaces, surface, surface, faces_,
             [&](const MovingFaces& moving, FeatureKind kind, const PlacesInFaces& places) {
                 const double apart = moving.apart(kind, places);
-                if (apart > reach || moving.least_distance(kind, places) > reach) return Near{};
+                if (apart > reach) return Near{};
+                const double least = moving.least_distance(kind, places);
+                if (least > reach) return Near{};
                 const Near near{.reach = moving.reach_of(kind, places, reach), .apart = apart};
-                return apart <= near.reach && moving.least_distance(kind, places) <= near.reach ? near
-                                                                                                : Near{};
+                return std::max(apart, least) <= near.reach ? near : Near{};
             });
     for (std::size_t i = others; i < candidates_.size(); ++i) kept_.push_back(candidates_[i].near);
     candidates_.resize(others);
