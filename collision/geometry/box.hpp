@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <limits>
 
 #include "collision/geometry/geometry.hpp"
@@ -21,6 +22,21 @@ inline Box joined(const Box& s, const Box& t) noexcept { return {s.lo.min(t.lo),
 
 /// Whether all sides are finite numbers.
 inline bool is_finite(const Box& box) noexcept { return (0 * (box.lo + box.hi).head<3>() == 0).all(); }
+
+/// Smallest sphere around both, rounded up; not finite where they are not. Points that move straight from s
+/// to t stay inside it, since it is convex.
+inline Sphere joined(const Sphere& s, const Sphere& t) noexcept {
+    const Eigen::Vector3d from = s.c.cast<double>(), way = t.c.cast<double>() - from;
+    const double between = way.norm(), r_s = s.r, r_t = t.r;
+    // The centre stands this far on the way from s to t; at an end if one sphere holds the other.
+    const double along = std::clamp((between + r_t - r_s) / 2, 0.0, between);
+    const Eigen::Vector3d c = from + (between == 0 ? 0 : along / between) * way;
+    // The centre is rounded by half an ulp. Not measured again: gcc 12 optimises rounding and back away.
+    constexpr double half_ulp = std::numeric_limits<float>::epsilon() / 2;
+    const double r = std::max(along + r_s, between - along + r_t) + half_ulp * c.norm();
+    constexpr float up = 1 + 2 * std::numeric_limits<float>::epsilon();
+    return {c.cast<float>(), static_cast<float>(r) * up};
+}
 
 /// How far `inner` protrudes from `outer` on the worst side, metres; negative if all sides leave room.
 inline float outside(const Box& outer, const Box& inner) noexcept {
