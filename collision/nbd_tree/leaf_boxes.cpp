@@ -102,8 +102,9 @@ void LeafBoxes::list_vertices(int vertex_count) {
     }
 }
 
-void LeafBoxes::begin_pose(const VertexView& x) noexcept {
-    x_ = x;
+void LeafBoxes::begin_step(const VertexView& start, const VertexView& end) noexcept {
+    x_ = end;
+    start_ = start;
     opened_.clear();
     met_non_finite_ = false;
 }
@@ -113,31 +114,38 @@ Box LeafBoxes::whole(int i) const noexcept {
     return parent < 0 ? opened_[at(i)].whole : opened_[at(parent)].box(i - node(parent).first_child);
 }
 
+Box LeafBoxes::fit_to(const VertexView& x, const Node& n, std::array<BoxPack, 2>& packs) noexcept {
+    const PosedFaces posed{&corners_, x};
+    // Opening a root reads all of its vertices, so that nothing is left to be checked below.
+    if (n.has_faces() && n.parent < 0) met_non_finite_ |= !is_finite(bounding_box(x, vertices_of(n)));
+    Box all = empty_box();
+    for (int k = 0; k < n.count; ++k) {
+        Box box;
+        if (n.has_faces()) {
+            box = posed.box(n.first_slot + k);
+        } else {
+            box = bounding_box(x, vertices_of(node(n.first_child + k)));
+            met_non_finite_ |= !is_finite(box);
+        }
+        packs[static_cast<std::size_t>(k / BoxPack::lanes)].set(k % BoxPack::lanes, box);
+        all = joined(all, box);
+    }
+    all.lo[3] = all.hi[3] = 0;
+    return all;
+}
+
 int LeafBoxes::fit(int i) noexcept {
     const Node& n = node(i);
     at_[i] = opened_.size();
     Opened& opened = opened_.emplace_back();
     opened.node = i;
-    const int count = x_.count() == 0 ? 0 : n.count;
-    opened.count = count;
-    Box all = empty_box();
-    const PosedFaces posed = faces();
-    // Opening a root reads all of its vertices, so that nothing is left to be checked below.
-    if (n.has_faces() && n.parent < 0 && count > 0)
-        met_non_finite_ |= !is_finite(bounding_box(x_, vertices_of(n)));
-    for (int k = 0; k < count; ++k) {
-        Box box;
-        if (n.has_faces()) {
-            box = posed.box(n.first_slot + k);
-        } else {
-            box = bounding_box(x_, vertices_of(node(n.first_child + k)));
-            met_non_finite_ |= !is_finite(box);
-        }
-        opened.packs[static_cast<std::size_t>(k / BoxPack::lanes)].set(k % BoxPack::lanes, box);
-        all = joined(all, box);
+    opened.count = x_.count() == 0 ? 0 : n.count;
+    opened.whole = opened.count == 0 ? empty_box() : fit_to(x_, n, opened.packs);
+    if (in_step()) {
+        std::array<BoxPack, 2> at_start;
+        opened.whole = joined(opened.whole, fit_to(start_, n, at_start));
+        for (std::size_t k = 0; k < at_start.size(); ++k) opened.packs[k].join(at_start[k]);
     }
-    all.lo[3] = all.hi[3] = 0;
-    opened.whole = all;
     return at(i);
 }
 

@@ -18,7 +18,8 @@ namespace nbd {
 Box bounding_box(const VertexView& x, std::span<const int> vertices) noexcept;
 
 /// A small tree of boxes under every leaf of a sphere tree, with up to 32 boxes per node. In each pose, boxes
-/// are fitted only where a query looks. Each node divides its range of faces by up to five halvings;
+/// are fitted only where a query looks. In a step every box holds its faces at both ends, and so at all times
+/// between if their corners move straight. Each node divides its range of faces by up to five halvings;
 /// build_sphere_tree() orders the faces so that these parts are compact.
 class LeafBoxes {
  public:
@@ -33,7 +34,7 @@ class LeafBoxes {
         bool has_faces() const noexcept { return first_child < 0; }
     };
 
-    /// The boxes of a node's children or faces in this pose.
+    /// The boxes of a node's children or faces in this pose or step.
     struct Opened {
         std::array<BoxPack, 2> packs;  // the second is used only if the first is full
         Box whole;                     // box around all of them
@@ -48,8 +49,10 @@ class LeafBoxes {
     LeafBoxes(LeafBoxes&&) = default;  // no copies: they would lose the reserved capacity
     LeafBoxes& operator=(LeafBoxes&&) = default;
 
-    /// x: must stay valid until the next pose.
-    void begin_pose(const VertexView& x) noexcept;
+    /// x: must stay valid until the next pose or step.
+    void begin_pose(const VertexView& x) noexcept { begin_step({}, x); }
+    /// start, end: likewise.
+    void begin_step(const VertexView& start, const VertexView& end) noexcept;
 
     /// The node that spans all faces of a leaf of the sphere tree.
     int root(int leaf) const noexcept { return roots_[leaf]; }
@@ -72,7 +75,9 @@ class LeafBoxes {
         if (!is_open(root)) prefetch_lines(vertices_of(node(root)));
     }
     void prefetch_positions(int root) const noexcept {
-        if (!is_open(root) && x_.count() > 0) x_.prefetch(vertices_of(node(root)));
+        if (is_open(root) || x_.count() == 0) return;
+        x_.prefetch(vertices_of(node(root)));
+        if (in_step()) start_.prefetch(vertices_of(node(root)));
     }
     /// Prefetches what opening a node below an open one will read.
     void prefetch_node(int i) const noexcept {
@@ -84,7 +89,7 @@ class LeafBoxes {
 
     /// Index of the face at position `slot` of the sphere tree's `faces`.
     int face(int slot) const noexcept { return tree_->faces[slot]; }
-    /// The faces in this pose, numbered by slot.
+    /// The faces in this pose, or at the end of the step, numbered by slot.
     PosedFaces faces() const noexcept { return {&corners_, x_}; }
 
  private:
@@ -97,13 +102,17 @@ class LeafBoxes {
         const std::size_t place = at(i);
         return place < opened_.size() && opened_[place].node == i;
     }
+    bool in_step() const noexcept { return start_.count() > 0; }
     int fit(int i) noexcept;
+    /// Fits the boxes of a node's children or faces to positions. Returns the box around all of them.
+    Box fit_to(const VertexView& x, const Node& n, std::array<BoxPack, 2>& packs) noexcept;
     std::span<const int> vertices_of(const Node& n) const noexcept {
         return std::span(vertices_).subspan(n.vertex_begin, n.vertex_end - n.vertex_begin);
     }
 
     const SphereTree* tree_;
-    VertexView x_;
+    VertexView x_;             // in the pose, or at the end of the step
+    VertexView start_;         // at the start of the step; empty in a pose
     std::vector<int> roots_;   // [sphere tree nodes] root of each leaf; -1 for other nodes
     std::vector<Node> nodes_;  // per leaf, breadth first
     std::vector<int> vertices_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <concepts>
 #include <cstdint>
+#include <optional>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -60,9 +61,15 @@ class SphereCache {
 
     template <Bound B>
     const Sphere& get(int node, B& bounds) noexcept {
+        return get(node, bounds, [](const Sphere& sphere) { return sphere; });
+    }
+    /// Likewise, but holds larger(sphere) for a node instead of its sphere, which is made when the node is
+    /// first asked for in a pose.
+    template <Bound B, class Larger>
+    const Sphere& get(int node, B& bounds, const Larger& larger) noexcept {
         const std::size_t i = node;
         if (poses_[i] != pose_) {
-            spheres_[i] = compute(node, bounds);
+            spheres_[i] = larger(compute(node, bounds));
             poses_[i] = pose_;
             met_non_finite_ |= !(0 * (spheres_[i].c.sum() + spheres_[i].r) == 0);
             ++bounded_;
@@ -110,8 +117,8 @@ class SphereCache {
 };
 
 /// A sphere tree in a pose: the bounds of its nodes, each computed on first use, and the boxes under its
-/// leaves, fitted where a query looks. Without a pose it is not to be walked, and nodes have their rest
-/// spheres.
+/// leaves, fitted where a query looks. In a step of linear motion, likewise over the whole step. Without a
+/// pose it is not to be walked, and nodes have their rest spheres.
 class PosedNbdTree {
  public:
     using Bounds = std::variant<ExactBound, BdBound, NbdBound>;
@@ -120,47 +127,78 @@ class PosedNbdTree {
     /// tree, F: of the surface; must outlive this object. margins: of all nodes.
     PosedNbdTree(const SphereTree& tree, const Faces& F, int vertex_count, Bounds bounds, NodeMargins margins)
         : tree_(&tree),
-          bounds_(std::move(bounds)),
-          spheres_(tree, std::move(margins)),
+          posed_{{}, std::move(bounds), {tree, std::move(margins)}},
           leaves_(tree, F, vertex_count) {}
 
     /// Starts a pose. Exact bounds read every vertex now, the others their representatives; queries later
-    /// read what they look at. x: must stay valid until the next pose.
+    /// read what they look at. x: must stay valid until the next pose or step.
     void begin_pose(const VertexView& x) noexcept;
-    /// Ends the pose: as before the first one.
+    /// Starts a step, in which every vertex moves straight: the sphere of a node is the smallest around those
+    /// of its poses at the start and at the end. start, end: read like x of begin_pose(). Throws
+    /// std::bad_alloc, and has changed nothing then: the first step allocates a second set of bounds, unless
+    /// reserve() did.
+    void begin_step(const VertexView& start, const VertexView& end);
+    /// Makes room for steps.
+    void reserve();
+    /// Ends the pose or step: as before the first one.
     void forget_pose() noexcept;
-    bool has_pose() const noexcept { return x_.count() > 0; }
-    const VertexView& positions() const noexcept { return x_; }
+    bool has_pose() const noexcept { return posed_.x.count() > 0; }
+    bool in_step() const noexcept { return in_step_; }
+    /// Positions in the pose, or at the end of the step.
+    const VertexView& positions() const noexcept { return posed_.x; }
+    /// Positions at the start of the step. Only in a step.
+    const VertexView& start() const noexcept { return at_start_->x; }
 
     const SphereTree& tree() const noexcept { return *tree_; }
-    /// World-space sphere of a node.
-    const Sphere& sphere(int node) noexcept;
+    /// World-space sphere of a node, in the pose or over the step.
+    const Sphere& sphere(int node) noexcept { return in_step_ ? sphere_of_step(node) : posed_.sphere(node); }
     /// Calls f(spheres), where spheres(node) is as sphere(node), but for the type of the bounds chosen once.
     template <class F>
     void with_spheres(const F& f) {
+        if (in_step_) return f([&](int node) -> const Sphere& { return sphere_of_step(node); });
         std::visit(
-            [&](auto& bounds) { f([&](int node) -> const Sphere& { return spheres_.get(node, bounds); }); },
-            bounds_);
+            [&](auto& bounds) {
+                f([&](int node) -> const Sphere& { return posed_.spheres.get(node, bounds); });
+            },
+            posed_.bounds);
     }
     LeafBoxes& leaves() noexcept { return leaves_; }
 
     /// Number of distinct nodes bounded in this pose, and of those bounded exactly because their input was
-    /// out of the calibrated range.
-    int bounded() const noexcept { return spheres_.bounded(); }
-    int out_of_range() const noexcept { return spheres_.out_of_range(); }
-    /// Throws std::invalid_argument, naming the first vertex, if a position that was read in this pose so far
-    /// is not finite.
+    /// out of the calibrated range. In a step a node counts twice, once for each end.
+    int bounded() const noexcept {
+        return posed_.spheres.bounded() + (in_step_ ? at_start_->spheres.bounded() : 0);
+    }
+    int out_of_range() const noexcept {
+        return posed_.spheres.out_of_range() + (in_step_ ? at_start_->spheres.out_of_range() : 0);
+    }
+    /// Throws std::invalid_argument, naming the first vertex, if a position that was read in this pose or
+    /// step so far is not finite.
     void require_finite() const;
 
-    /// The faces in this pose, numbered by slot, and the number of the face in a slot.
+    /// The faces in this pose, or at the end of the step, numbered by slot, and the number of the face in a
+    /// slot.
     PosedFaces faces() const noexcept { return leaves_.faces(); }
     int face(int slot) const noexcept { return leaves_.face(slot); }
 
  private:
+    /// The bounds of all nodes in one pose.
+    struct Posed {
+        VertexView x;
+        Bounds bounds;
+        SphereCache spheres;
+
+        void begin_pose(const VertexView& positions) noexcept;
+        const Sphere& sphere(int node) noexcept;
+        bool met_non_finite() const noexcept;
+    };
+
+    const Sphere& sphere_of_step(int node) noexcept;
+
     const SphereTree* tree_;
-    VertexView x_;
-    Bounds bounds_;
-    SphereCache spheres_;
+    Posed posed_;                    // in the pose, or at the end of the step; then holds spheres of the step
+    std::optional<Posed> at_start_;  // empty before the first step; stale in a pose
+    bool in_step_ = false;
     LeafBoxes leaves_;
 };
 
