@@ -77,16 +77,18 @@ void PosedTree::begin(const Start& start) {
     }
 }
 
+template <class Start>
+void PosedTree::begin_positions(const Start& start) {
+    if (of_nodes_) of_nodes_->forget_pose();
+    if (!spheres_) return start(surface_boxes());
+    if (of_surface_) of_surface_->forget_pose();
+    start(*spheres_);
+}
+
 void PosedTree::begin_pose(VertexView x) {
     begin([&] {
         check_rows("positions", x);
-        if (of_nodes_) of_nodes_->forget_pose();
-        if (spheres_) {
-            if (of_surface_) of_surface_->forget_pose();
-            spheres_->begin_pose(x);
-        } else {
-            surface_boxes().begin_pose(x);
-        }
+        begin_positions([&](auto& tree) { tree.begin_pose(x); });
     });
 }
 
@@ -102,9 +104,7 @@ void PosedTree::begin_step(VertexView start, VertexView end) {
     begin([&] {
         check_rows("start", start);
         check_rows("end", end);
-        if (of_nodes_) of_nodes_->forget_pose();
-        if (spheres_) spheres_->forget_pose();
-        surface_boxes().begin_step(start, end);
+        begin_positions([&](auto& tree) { tree.begin_step(start, end); });
     });
 }
 
@@ -140,7 +140,10 @@ void PosedTree::check_nodes(const char* what, const VertexView& x) const {
 }
 
 void PosedTree::reserve() {
-    if (spheres_) surface_boxes();
+    if (spheres_) {
+        spheres_->reserve();
+        surface_boxes();
+    }
     for (auto* wide : {&of_nodes_, &of_surface_})
         if (*wide) (*wide)->reserve();
 }
@@ -150,19 +153,14 @@ bool PosedTree::has_pose() const noexcept {
            (of_surface_ && of_surface_->has_pose());
 }
 
-PosedNbdTree* PosedTree::nbd_tree() noexcept {
-    return spheres_ && !(of_surface_ && of_surface_->in_step()) ? &*spheres_ : nullptr;
-}
-
 PosedWideTree& PosedTree::wide_tree() {
-    if (spheres_ && !surface_boxes().has_pose() && spheres_->has_pose())
-        of_surface_->begin_pose(spheres_->positions());
+    if (spheres_ && !surface_boxes().has_pose() && spheres_->has_pose()) {
+        if (spheres_->in_step())
+            of_surface_->begin_step(spheres_->start(), spheres_->positions());
+        else
+            of_surface_->begin_pose(spheres_->positions());
+    }
     return is_moved_by_positions() ? *of_surface_ : *of_nodes_;
-}
-
-void PosedTree::begin_spheres_of_step() noexcept {
-    if (of_surface_ && of_surface_->in_step() && !spheres_->has_pose())
-        spheres_->begin_pose(of_surface_->nodes());
 }
 
 const Sphere& PosedTree::sphere(int node) {
@@ -170,7 +168,6 @@ const Sphere& PosedTree::sphere(int node) {
         throw std::invalid_argument(
             message("spheres of nodes of a body with ", name(kind_),
                     " bounds, which are boxes of a wide tree; allowed: exact, bd, nbd"));
-    begin_spheres_of_step();
     return spheres_->sphere(node);
 }
 
@@ -199,6 +196,7 @@ int PosedTree::nodes_out_of_range() const noexcept {
 }
 
 BoundKind PosedTree::chosen() const noexcept {
+    if (spheres_) return kind_;
     const bool by_positions = is_moved_by_positions();
     if (by_positions && (kind_ == BoundKind::affine || of_surface_->in_step())) return BoundKind::boxes;
     return kind_ == BoundKind::automatic ? bounds_of_auto(*tree_, !by_positions, margin_) : kind_;

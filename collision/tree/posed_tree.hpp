@@ -11,9 +11,9 @@ namespace nbd {
 
 /// A body's collision tree in its current pose: an NBD-Tree for `exact`, `bd` and `nbd` bounds, a wide tree
 /// for all others. What a query looks at is computed on first use in a pose and cached. Beside a body of the
-/// other form, with itself, for closest points and in a step, a body with an NBD-Tree has exact boxes of a
-/// wide tree. Before its first pose a body touches nothing. Reading writes these caches, so only one thread
-/// at a time may use a tree.
+/// other form, with itself and for closest points, a body with an NBD-Tree has exact boxes of a wide tree.
+/// Before its first pose a body touches nothing. Reading writes these caches, so only one thread at a time
+/// may use a tree.
 ///
 /// `auto` bounds are those of bounds_of_auto() (auto_bounds.hpp).
 class PosedTree {
@@ -49,8 +49,12 @@ class PosedTree {
     /// Starts a step of linear motion, for continuous collision detection: every vertex moves straight from
     /// its position in `start` to that in `end`, like x of begin_pose(). whole() and the boxes_within() of
     /// all queries then answer for the whole step: they leave out no faces that are within the distance at
-    /// any one time of it. A body in a pose beside one in a step does not move. All else sees the pose at the
-    /// end.
+    /// any one time of it. Boxes of a wide tree are exact in a step of positions. A node of an NBD-Tree has
+    /// the smallest sphere around those of its poses at both ends, each with its margin and its exact bound
+    /// where out of range; so queries between two such bodies miss what the bounds miss at an end. A body in
+    /// a pose beside one in a step does not move. All else, but sphere(), sees the pose at the end.
+    ///
+    /// Both arrays are read like that of a pose; positions of both ends are checked likewise.
     void begin_step(VertexView start, VertexView end);
 
     /// Likewise from the nodes at both ends, for a body that takes_nodes().
@@ -58,7 +62,7 @@ class PosedTree {
 
     /// Makes room for poses in which queries read all of this body. Such poses and queries then allocate
     /// nothing in it; else they do where they read more than any before. About 1.3 kB for each leaf of its
-    /// trees of boxes, which hold up to 16 faces.
+    /// trees of boxes, which hold up to 16 faces; with an NBD-Tree, also a second set of spheres for steps.
     void reserve();
 
     /// Whether the nodes that carry the surface are all that the body reads, where poses give them: for
@@ -66,31 +70,32 @@ class PosedTree {
     bool takes_nodes() const noexcept { return of_nodes_.has_value(); }
     bool has_pose() const noexcept;
 
-    /// World-space sphere of a node in this pose; its rest sphere before the first one. Not finite where the
-    /// node's positions are not. Throws std::invalid_argument if the body has no NBD-Tree.
+    /// World-space sphere of a node in this pose or over this step; its rest sphere before the first one. Not
+    /// finite where the node's positions are not. Throws std::invalid_argument if the body has no NBD-Tree.
     const Sphere& sphere(int node);
 
-    /// Box around the whole body in this pose, as its bounds have it: that of the root, or around its sphere;
-    /// empty_box() before the first pose.
-    /// Throws std::invalid_argument if it is made from numbers that are not finite.
+    /// Box around the whole body in this pose or step, as its bounds have it: that of the root, or around its
+    /// sphere; empty_box() before the first pose. Throws std::invalid_argument if it is made from numbers
+    /// that are not finite.
     Box whole();
 
-    /// Number of distinct nodes bounded so far in this pose.
+    /// Number of distinct nodes bounded so far in this pose. In a step a node of an NBD-Tree counts twice, in
+    /// both numbers: once for each end.
     int nodes_bounded() const noexcept;
     /// How many of these were bounded exactly because their input was out of the calibrated range.
     int nodes_out_of_range() const noexcept;
 
     const CollisionTree& tree() const noexcept { return *tree_; }
     BoundKind kind() const noexcept { return kind_; }
-    /// The bounds in this pose or step: kind(), or what `auto` chose; `boxes` in a step of positions, and of
-    /// `affine` bodies in their pose.
+    /// The bounds in this pose or step: kind(), or what `auto` chose; for wide trees, `boxes` in a step of
+    /// positions, and of `affine` bodies in their pose.
     BoundKind chosen() const noexcept;
     /// The wide tree in this pose, for bounds that have one, except `auto`; null for others. Before the first
     /// pose, as in the poses that the bounds are for.
     const WideTree* box_tree() const noexcept;
 
-    /// What queries walk. The NBD-Tree in this pose; null if the body has none, or is in a step.
-    PosedNbdTree* nbd_tree() noexcept;
+    /// What queries walk. The NBD-Tree in this pose or step; null if the body has none.
+    PosedNbdTree* nbd_tree() noexcept { return spheres_ ? &*spheres_ : nullptr; }
     /// The wide tree in this pose or step. A body with an NBD-Tree makes one, and reads all positions, when
     /// it is first asked for.
     PosedWideTree& wide_tree();
@@ -106,12 +111,13 @@ class PosedTree {
     /// pose, and the error goes on.
     template <class Start>
     void begin(const Start& start);
+    /// Calls start(tree) of the tree that queries walk where positions are given. No other one has a pose.
+    template <class Start>
+    void begin_positions(const Start& start);
     void forget_pose() noexcept;
     void check_rows(const char* what, const VertexView& x) const;
     void check_nodes(const char* what, const VertexView& x) const;
     void require_finite() const;
-    /// In a step, begins the pose of the spheres at its end, unless it has begun.
-    void begin_spheres_of_step() noexcept;
     PosedWideTree& surface_boxes();
     /// Whether the wide tree in this pose is of_surface_. Before the first pose: in the poses that the bounds
     /// are for.

@@ -80,8 +80,10 @@ void PosedWideTree::begin_step(VertexView start, VertexView end) {
     assert(start.count() == model_->node_count() && end.count() == model_->node_count());
     given_ = end;
     given_start_ = start;
+    // Without memory for either array there is no step.
+    const float* at_start = contiguous(start, own_start_);
     nodes_ = contiguous(end, own_);
-    start_ = contiguous(start, own_start_);
+    start_ = at_start;
     begin();
 }
 

@@ -114,8 +114,6 @@ class PosedWideTree {
     /// so far is not finite. Positions that are finite and overflow in boxes are near everything.
     void require_finite() const;
     bool in_step() const noexcept { return start_ != nullptr; }
-    /// The nodes of the pose, or at the end of the step.
-    const VertexView& nodes() const noexcept { return given_; }
 
     /// Box around the whole body.
     const Box& whole() const noexcept { return whole_; }

@@ -176,16 +176,43 @@ TEST_F(NonFinite, NodesAreRefused) {
 }
 
 TEST_F(NonFinite, BothEndsOfAStepAreChecked) {
-    for (const BoundKind kind : {BoundKind::boxes, BoundKind::learned_affine, BoundKind::automatic})
-        for (const bool at_start : {true, false}) {
-            PosedTree a = posed(kind);
-            Vertices start = s.X, end = other;
-            (at_start ? start : end)(17, 0) = INFINITY;
-            EXPECT_TRUE(test::refusal([&] {
-                            a.begin_step(start, end);
-                        }).starts_with("position of vertex 17 is (inf, "))
-                << name(kind);
-        }
+    // Vertices that representatives are and are not; both are read where all is near.
+    const std::vector<int>& read = tree->bd->modes.representatives;
+    int unread = 0;
+    while (std::ranges::find(read, unread) != read.end()) ++unread;
+    for (const BoundKind kind : shapes::kinds_of(*tree))
+        for (const bool at_start : {true, false})
+            for (const int vertex : {read[3], unread}) {
+                SCOPED_TRACE(std::string(name(kind)) + (at_start ? ", start" : ", end"));
+                const std::string expected_error =
+                    "position of vertex " + std::to_string(vertex) + " is (inf, ";
+                PosedTree a = posed(kind), b = posed(kind);
+                PairQuery query;
+                b.begin_step(other, s.X);
+                Vertices start = s.X, end = other;
+                (at_start ? start : end)(vertex, 0) = INFINITY;
+                std::string error = test::refusal([&] { a.begin_step(start, end); });
+                if (is_box(kind) || kind == BoundKind::exact) {
+                    EXPECT_TRUE(error.starts_with(expected_error)) << error;
+                    EXPECT_TRUE(query.boxes_within(a, b, 10).empty()) << "it has no pose";
+                } else {
+                    EXPECT_EQ(error, "");
+                    error = test::refusal([&] { a.whole(); });
+                    EXPECT_EQ(error.starts_with(expected_error), vertex == read[3]) << error;
+                    error = test::refusal([&] { query.boxes_within(a, b, 10); });
+                    EXPECT_TRUE(error.starts_with(expected_error)) << error;
+                    error = test::refusal([&] { SelfQuery().boxes_within(a, 0); });
+                    EXPECT_TRUE(error.starts_with(expected_error)) << error;
+                }
+                a.begin_step(s.X, other);
+                PosedTree fresh = posed(kind);
+                fresh.begin_step(s.X, other);
+                const auto expected = test::sorted(query.boxes_within(fresh, b, 0));
+                EXPECT_GT(expected.size(), 100u);
+                EXPECT_EQ(test::sorted(query.boxes_within(a, b, 0)), expected);
+                a.begin_pose(s.X);
+                EXPECT_EQ(test::refusal([&] { a.whole(); }), "");
+            }
 }
 
 TEST_F(NonFinite, ManyBodiesTellOfIt) {

@@ -72,8 +72,8 @@ std::vector<FacePair> without_neighbours(std::vector<FacePair> pairs, const Face
     return pairs;
 }
 
-constexpr BoundKind walked_by_boxes[] = {BoundKind::affine, BoundKind::boxes, BoundKind::exact,
-                                         BoundKind::automatic};
+constexpr BoundKind conservative_kinds[] = {BoundKind::affine, BoundKind::boxes, BoundKind::exact,
+                                            BoundKind::automatic};
 
 /// From one wild pose to another one nearby.
 Step wild_step(const HungSurface& hung, int kind, std::mt19937& random) {
@@ -105,13 +105,16 @@ TEST(StepQuery, FindsTheFacesWhoseBoxesOverTheStepAreNear) {
                 const auto expected_self = without_neighbours(near_boxes(a, a, distance), s.surface.F);
                 found += expected.size();
                 neighbours += expected_self.size();
-                for (const BoundKind of_a : walked_by_boxes) {
+                for (const BoundKind of_a : conservative_kinds) {
                     PosedTree tree_a(test::hung_tree(s), of_a),
                         tree_b(test::hung_tree(t), of_a == BoundKind::affine ? BoundKind::boxes : of_a);
                     a.begin(tree_a);
                     b.begin(tree_b);
-                    EXPECT_EQ(test::sorted(query.boxes_within(tree_a, tree_b, distance)), expected)
-                        << name(of_a) << ", pose " << kind;
+                    const auto pairs = test::sorted(query.boxes_within(tree_a, tree_b, distance));
+                    if (of_a == BoundKind::exact)  // spheres leave out some
+                        EXPECT_TRUE(std::ranges::includes(expected, pairs)) << "pose " << kind;
+                    else
+                        EXPECT_EQ(pairs, expected) << name(of_a) << ", pose " << kind;
                     EXPECT_EQ(test::sorted(self.boxes_within(tree_a, distance)), expected_self)
                         << name(of_a) << ", pose " << kind;
                     tree_a.begin_pose(a.end);
@@ -129,7 +132,6 @@ TEST(StepQuery, LeavesOutNoFacesThatAreNearAtAnyTime) {
     std::mt19937 random(2);
     const HungSurface s = test::hung_on_tets(shapes::torus(24, 12), 3),
                       t = test::hung_on_tets(shapes::sphere(10, 12, 0.2f), 4);
-    PosedTree a(test::hung_tree(s), BoundKind::affine), b(test::hung_tree(t), BoundKind::affine);
     PairQuery query;
     constexpr float distance = 0.02f;
     std::size_t near = 0, missed_at_ends = 0;
@@ -138,9 +140,13 @@ TEST(StepQuery, LeavesOutNoFacesThatAreNearAtAnyTime) {
             return shapes::moved(shapes::wobbled(rest, random, 0.05f), shapes::random_motion(random, 0.5f));
         };
         const Step move_a(s, placed(s.rest), placed(s.rest)), move_b(t, placed(t.rest), placed(t.rest));
-        move_a.begin(a);
-        move_b.begin(b);
-        const auto found = test::sorted(query.boxes_within(a, b, distance));
+        std::vector<std::vector<FacePair>> found;
+        for (const BoundKind kind : conservative_kinds) {
+            PosedTree a(test::hung_tree(s), kind), b(test::hung_tree(t), kind);
+            move_a.begin(a);
+            move_b.begin(b);
+            found.push_back(test::sorted(query.boxes_within(a, b, distance)));
+        }
         std::vector<FacePair> at_ends;
         for (const int i : {0, 8, 1, 2, 3, 4, 5, 6, 7}) {
             // Times in between are rounded: a bit less than the distance stays within it.
@@ -148,7 +154,9 @@ TEST(StepQuery, LeavesOutNoFacesThatAreNearAtAnyTime) {
                         less = i % 8 == 0 ? distance : 0.999f * distance;
             const auto now =
                 test::brute_force_within(move_a.at(time), s.surface.F, move_b.at(time), t.surface.F, less);
-            EXPECT_TRUE(std::ranges::includes(found, now)) << "step " << step << ", time " << time;
+            for (std::size_t k = 0; k < found.size(); ++k)
+                EXPECT_TRUE(std::ranges::includes(found[k], now))
+                    << name(conservative_kinds[k]) << ", step " << step << ", time " << time;
             near += now.size();
             if (i % 8 == 0) at_ends.insert(at_ends.end(), now.begin(), now.end());
             for (const FacePair& pair : now) missed_at_ends += std::ranges::count(at_ends, pair) == 0;
@@ -163,8 +171,11 @@ TEST(StepQuery, FindsBodiesThatPassThroughEachOther) {
     const Vertices left = ball.X.rowwise() - Eigen::RowVector3f(2, 0, 0),
                    right = ball.X.rowwise() + Eigen::RowVector3f(2, 0, 0);
     const auto tree = shared_exact_tree(ball.X, ball.F);
-    for (const BoundKind kind : {BoundKind::boxes, BoundKind::exact}) {
-        PosedTree moving(tree, kind), still(tree, BoundKind::boxes);
+    for (const auto& [kind, of_still] : {std::pair(BoundKind::boxes, BoundKind::boxes),
+                                         {BoundKind::exact, BoundKind::boxes},
+                                         {BoundKind::boxes, BoundKind::exact},
+                                         {BoundKind::exact, BoundKind::exact}}) {
+        PosedTree moving(tree, kind), still(tree, of_still);
         PairQuery query;
         still.begin_pose(ball.X);
         moving.begin_step(left, right);
@@ -172,8 +183,11 @@ TEST(StepQuery, FindsBodiesThatPassThroughEachOther) {
         EXPECT_EQ(query.boxes_within(moving, still, 0).size(), query.boxes_within(still, moving, 0).size());
         EXPECT_TRUE(query.intersecting(moving, still).empty()) << "it is past at the end";
         EXPECT_NEAR(ClosestQuery().closest(moving, still)->points.distance, 1.6, 0.01);
-        EXPECT_EQ(moving.whole().lo[0], left.col(0).minCoeff());
-        EXPECT_EQ(moving.whole().hi[0], right.col(0).maxCoeff());
+        const float lo = left.col(0).minCoeff(), hi = right.col(0).maxCoeff();
+        EXPECT_NEAR(moving.whole().lo[0], lo, kind == BoundKind::exact ? 0.002 : 0);
+        EXPECT_NEAR(moving.whole().hi[0], hi, kind == BoundKind::exact ? 0.002 : 0);
+        EXPECT_LE(moving.whole().lo[0], lo);
+        EXPECT_GE(moving.whole().hi[0], hi);
 
         ManyBodyQuery many;
         PosedTree* const bodies[] = {&moving, &still};
@@ -213,21 +227,25 @@ TEST(StepQuery, SeesThePoseAtTheEndInAllOtherQueries) {
     const auto expected = test::brute_force_intersecting(end, s.F, start, s.F);
     ASSERT_GT(expected.size(), 100u);
     for (const BoundKind kind : shapes::kinds_of(*tree)) {
-        PosedTree a(tree, kind), b(tree, BoundKind::boxes), other(tree, kind);
+        PosedTree a(tree, kind), b(tree, BoundKind::boxes), alike(tree, kind), other(tree, kind);
         PairQuery query;
         b.begin_pose(start);
+        alike.begin_pose(start);
         for (int round = 0; round < 2; ++round) {
             a.begin_step(start, end);
             other.begin_pose(end);
             EXPECT_EQ(test::listed(query.intersecting(a, b)), expected) << name(kind);
-            const auto expect_the_same_pose = [&](const char* when) {
-                if (is_box(kind)) return;
-                EXPECT_EQ(a.sphere(3).c, other.sphere(3).c) << name(kind) << when;
-            };
-            expect_the_same_pose(" in the step");
+            const auto beside_its_like = test::listed(query.intersecting(a, alike));
+            if (can_miss(kind))
+                EXPECT_TRUE(std::ranges::includes(expected, beside_its_like)) << name(kind);
+            else
+                EXPECT_EQ(beside_its_like, expected) << name(kind);
             a.begin_pose(later);
             other.begin_pose(later);
-            expect_the_same_pose(" after the step");
+            if (!is_box(kind)) {
+                EXPECT_EQ(a.sphere(3).c, other.sphere(3).c) << name(kind) << " after the step";
+                EXPECT_EQ(a.nodes_bounded(), 1) << name(kind);
+            }
             EXPECT_EQ(test::listed(query.intersecting(a, b)), test::listed(query.intersecting(other, b)))
                 << name(kind);
             EXPECT_EQ(test::sorted(query.boxes_within(a, b, 0)),

@@ -41,23 +41,35 @@ TEST_F(PosedTreeTest, CountsEachNodeOncePerPose) {
     }
 }
 
-TEST_F(PosedTreeTest, SpheresInAStepAreThoseAtItsEnd) {
-    const Vertices end = s.X * 1.5f;
+TEST_F(PosedTreeTest, SpheresInAStepHoldThoseOfBothEnds) {
+    const Vertices end = (s.X * 1.2f).rowwise() + Eigen::RowVector3f(0.7f, 0.2f, 0);
     for (const BoundKind kind : {BoundKind::exact, BoundKind::bd, BoundKind::nbd}) {
-        PosedTree in_step(full, kind), in_pose(full, kind);
+        const std::optional<float> margin = can_miss(kind) ? std::optional(0.25f) : std::nullopt;
+        PosedTree in_step(full, kind, margin), at_start(full, kind, margin), at_end(full, kind, margin);
         in_step.begin_pose(s.X);
         in_step.sphere(3);
-        in_pose.begin_pose(end);
+        at_start.begin_pose(s.X);
+        at_end.begin_pose(end);
         for (int step = 0; step < 2; ++step) {
             in_step.begin_step(s.X, end);
             EXPECT_EQ(in_step.nodes_bounded(), 0) << name(kind);
-            EXPECT_EQ(in_step.sphere(3).c, in_pose.sphere(3).c) << name(kind);
-            EXPECT_EQ(in_step.sphere(3).r, in_pose.sphere(3).r) << name(kind);
-            EXPECT_EQ(in_step.nodes_bounded(), 1) << name(kind);
+            EXPECT_EQ(in_step.chosen(), kind);
+            for (int node = 0; node < 15; ++node) {
+                const Sphere both = joined(at_start.sphere(node), at_end.sphere(node));
+                EXPECT_EQ(in_step.sphere(node).c, both.c) << name(kind) << ", node " << node;
+                EXPECT_EQ(in_step.sphere(node).r, both.r) << name(kind) << ", node " << node;
+            }
+            in_step.sphere(3);
+            EXPECT_EQ(in_step.nodes_bounded(), 30) << name(kind) << ": each node at both ends";
+            in_step.wide_tree();  // changes nothing
+            EXPECT_EQ(in_step.chosen(), kind);
+            EXPECT_NE(in_step.nbd_tree(), nullptr);
         }
         in_step.begin_pose(s.X);
-        in_pose.begin_pose(s.X);
-        EXPECT_EQ(in_step.sphere(3).c, in_pose.sphere(3).c) << name(kind);
+        EXPECT_EQ(in_step.nodes_bounded(), 0) << name(kind);
+        EXPECT_EQ(in_step.sphere(3).c, at_start.sphere(3).c) << name(kind);
+        EXPECT_EQ(in_step.sphere(3).r, at_start.sphere(3).r) << name(kind);
+        EXPECT_EQ(in_step.nodes_bounded(), 1) << name(kind);
     }
 }
 
