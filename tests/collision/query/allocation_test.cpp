@@ -321,5 +321,40 @@ TEST(GrowingContacts, LeaveBodiesAndQueriesUsableWhereMemoryRunsOut) {
         }
 }
 
+TEST(GrowingContacts, TakeAStepUpAgainWhereMemoryRanOutForItsBoxes) {
+    // Rows with room between them, which wide trees copy.
+    using Wide = Eigen::Matrix<float, Eigen::Dynamic, 5, Eigen::RowMajor>;
+    const GrowingContact scene;
+    Wide start(scene.surfaces[8].rows(), 5), end = start;
+    start.leftCols<3>() = scene.surfaces[8];
+    end.leftCols<3>() = scene.surfaces[9];
+    PosedTree boxes(scene.tree, BoundKind::boxes), still(scene.tree, BoundKind::boxes);
+    boxes.begin_step(scene.surfaces[8], scene.surfaces[9]);
+    still.begin_pose(scene.surfaces[10]);
+    PairQuery query;
+    const auto sorted = [](std::span<const FacePair> pairs) {
+        std::vector<FacePair> result(pairs.begin(), pairs.end());
+        std::ranges::sort(result);
+        return result;
+    };
+    const std::vector<FacePair> expected = sorted(query.boxes_within(boxes, still, 0.01f));
+    ASSERT_GT(expected.size(), 300u);
+    int failed = 0;
+    for (bool fails = true; fails; ++failed) {
+        PosedTree a(scene.tree, BoundKind::exact);
+        a.begin_step(VertexView(start.data(), start.rows(), 5), VertexView(end.data(), end.rows(), 5));
+        fails_at = allocations + failed + 1;
+        fails = false;
+        try {
+            query.boxes_within(a, still, 0.01f);
+        } catch (const std::bad_alloc&) {
+            fails = true;
+        }
+        fails_at = -1;
+        ASSERT_EQ(sorted(query.boxes_within(a, still, 0.01f)), expected) << "allocation " << failed + 1;
+    }
+    EXPECT_GT(failed, 10);
+}
+
 }  // namespace
 }  // namespace nbd

@@ -82,7 +82,8 @@ StraightStep straight_step(const ModalBody& body, Travel motion, const Eigen::Ve
 TEST(SphereStep, LeavesOutNoFacesThatAreNearAtAnyTimeOfAnyMotion) {
     std::mt19937 random(1);
     PairQuery query;
-    std::size_t near = 0, missed_at_ends = 0, found_by_spheres = 0, found_by_boxes = 0;
+    std::size_t near = 0, missed_at_ends = 0, found_by_spheres = 0, found_by_boxes = 0,
+                found_with_margins = 0, found_without = 0;
     for (const float size : {1e-3f, 1.f, 100.f}) {
         const ModalBody s(shapes::torus(18, 10), size, {.depth = 5, .min_leaf_faces = 2}),
             t(shapes::sphere(8, 10, 0.3f), size, {.depth = 4, .min_leaf_faces = 2});
@@ -117,6 +118,7 @@ TEST(SphereStep, LeavesOutNoFacesThatAreNearAtAnyTimeOfAnyMotion) {
                 a.begin(boxes_a);
                 b.begin(boxes_b);
                 const auto by_boxes = test::sorted(query.boxes_within(boxes_a, boxes_b, distance));
+                found_by_boxes += by_boxes.size();
                 for (const BoundKind kind : of_spheres) {
                     PosedTree tree_a = s.posed(kind), tree_b = t.posed(kind);
                     a.begin(tree_a);
@@ -124,15 +126,23 @@ TEST(SphereStep, LeavesOutNoFacesThatAreNearAtAnyTimeOfAnyMotion) {
                     const auto found = test::sorted(query.boxes_within(tree_a, tree_b, distance));
                     EXPECT_TRUE(std::ranges::includes(found, at_any_time)) << name(kind);
                     EXPECT_TRUE(std::ranges::includes(by_boxes, found)) << name(kind);
-                    if (kind != BoundKind::exact) continue;
-                    found_by_spheres += found.size();
-                    found_by_boxes += by_boxes.size();
+                    if (kind == BoundKind::exact) found_by_spheres += found.size();
+                    if (kind != BoundKind::nbd) continue;
+                    PosedTree narrow_a(s.tree, kind), narrow_b(t.tree, kind);  // without margins
+                    a.begin(narrow_a);
+                    b.begin(narrow_b);
+                    const auto subset = test::sorted(query.boxes_within(narrow_a, narrow_b, distance));
+                    EXPECT_TRUE(std::ranges::includes(found, subset));
+                    found_with_margins += found.size();
+                    found_without += subset.size();
                 }
             }
     }
     EXPECT_GT(near, 5000u);
     EXPECT_GT(missed_at_ends, near / 4) << "many are near in between alone";
     EXPECT_LT(found_by_spheres, found_by_boxes) << "spheres leave out some whose boxes are near";
+    EXPECT_LT(found_without, found_with_margins) << "untrained networks miss";
+    EXPECT_GT(found_without, 0u);
 }
 
 TEST(SphereStep, FindsAllNearBoxesUnderOneSphere) {
