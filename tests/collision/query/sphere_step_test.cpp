@@ -171,7 +171,6 @@ TEST(SphereStep, FindsAllNearBoxesUnderOneSphere) {
 }
 
 TEST(SphereStep, LooksAtFewNodesOfBodiesThatStayApart) {
-    std::mt19937 random(3);
     const ModalBody s(shapes::torus(60, 40), 1, {.depth = 7, .min_leaf_faces = 2});
     const long nodes = 2 * std::ssize(s.tree->spheres.nodes);
     ASSERT_GT(nodes, 400);
