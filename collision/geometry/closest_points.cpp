@@ -71,11 +71,10 @@ double unit_interval(double x) noexcept { return std::min(std::max(x, 0.), 1.); 
 
 /// Tests all pairs of corner and edge, corner and face, edge and edge. Each candidate is a point of either
 /// triangle, so rounding in a sliver costs at most the sliver's width.
-/// count_a, count_b: number of distinct corners; 1 for a point, 2 for a segment, 3 for a triangle.
-Nearest nearest_features(const Face& a, const Face& b, int count_a = 3, int count_b = 3) noexcept {
+Nearest nearest_features(const Face& a, const Face& b) noexcept {
     Nearest best;
-    for (int i = 0; i < count_a; ++i)
-        for (int j = 0; j < count_b; ++j) {
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) {
             const Vector3d &u = a.edge[i], &v = b.edge[j], w = a.corner[i] - b.corner[j];
             const double w_v = w.dot(v) * b.edge_inverse[j], w_u = -w.dot(u) * a.edge_inverse[i];
             double t = unit_interval(w_v), s = unit_interval(w_u);
@@ -90,13 +89,13 @@ Nearest nearest_features(const Face& a, const Face& b, int count_a = 3, int coun
             s = unit_interval(w_u + t * u_v * a.edge_inverse[i]);
             keep_closer(best, w + s * u - t * v, {Nearest::edges, i, j, s, t});
         }
-    for (int i = 0; b.has_area && i < count_a; ++i) {
+    for (int i = 0; b.has_area && i < 3; ++i) {
         const Vector3d x = a.corner[i] - b.corner[0];
         const double s = b.slope_1.dot(x), t = b.slope_2.dot(x);
         if (s >= 0 && t >= 0 && 1 - s - t >= 0)
             keep_closer(best, x - s * b.edge[0] + t * b.edge[2], {Nearest::face_b, i, 0, s, t});
     }
-    for (int j = 0; a.has_area && j < count_b; ++j) {
+    for (int j = 0; a.has_area && j < 3; ++j) {
         const Vector3d x = b.corner[j] - a.corner[0];
         const double s = a.slope_1.dot(x), t = a.slope_2.dot(x);
         if (s >= 0 && t >= 0 && 1 - s - t >= 0)
@@ -170,15 +169,55 @@ ClosestPoints closest_points(const Corners& a, const Corners& b, const WeightPai
 
 ClosestPoints closest_point_triangle(const Vector3d& p, const Vector3d& u, const Vector3d& v,
                                      const Vector3d& w) noexcept {
-    const Vector3d zero = Vector3d::Zero();
-    const Corners a{zero, zero, zero}, b{u - p, v - p, w - p};
-    return closest_points(a, b, weights(nearest_features(Face(a), Face(b), 1, 3)), p);
+    const Face face(Corners{u - p, v - p, w - p});
+    Nearest best;
+    for (int j = 0; j < 3; ++j) {
+        const double t = unit_interval(-face.corner[j].dot(face.edge[j]) * face.edge_inverse[j]);
+        keep_closer(best, -face.corner[j] - t * face.edge[j], {Nearest::edges, 0, j, 0, t});
+    }
+    if (face.has_area) {
+        const double s = -face.slope_1.dot(face.corner[0]), t = -face.slope_2.dot(face.corner[0]);
+        if (s >= 0 && t >= 0 && 1 - s - t >= 0)
+            keep_closer(best, t * face.edge[2] - s * face.edge[0] - face.corner[0],
+                        {Nearest::face_b, 0, 0, s, t});
+    }
+    return closest_points(Corners{Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()}, face.corner,
+                          weights(best), p);
 }
 
 ClosestPoints closest_edge_edge(const Vector3d& p, const Vector3d& q, const Vector3d& u,
                                 const Vector3d& v) noexcept {
-    const Corners a{Vector3d::Zero(), q - p, q - p}, b{u - p, v - p, v - p};
-    return closest_points(a, b, weights(nearest_features(Face(a), Face(b), 2, 2)), p);
+    const Vector3d a = q - p, b = v - u, from_u = p - u, from_v = p - v;
+    const double a_inverse = inverse(a.squaredNorm()), b_inverse = inverse(b.squaredNorm());
+    double best_s = 0, best_t = 0, least = std::numeric_limits<double>::infinity();
+    Vector3d best_gap = from_u;
+    const auto keep = [&](double s, double t, const Vector3d& gap) {
+        if (const double squared = gap.squaredNorm(); squared < least) {
+            best_s = s;
+            best_t = t;
+            best_gap = gap;
+            least = squared;
+        }
+    };
+    // The ends of each edge with the other.
+    const double t_of_p = unit_interval(from_u.dot(b) * b_inverse);
+    const double t_of_q = unit_interval((from_u + a).dot(b) * b_inverse);
+    const double s_of_u = unit_interval(-from_u.dot(a) * a_inverse);
+    const double s_of_v = unit_interval(-from_v.dot(a) * a_inverse);
+    keep(0, t_of_p, from_u - t_of_p * b);
+    keep(1, t_of_q, from_u + a - t_of_q * b);
+    keep(s_of_u, 0, from_u + s_of_u * a);
+    keep(s_of_v, 1, from_v + s_of_v * a);
+    // Points inside both edges. For nearly parallel edges s has a large error, so t is then optimised for
+    // that s, and s for that t.
+    const Vector3d normal = a.cross(b);
+    const double a_b = a.dot(b);
+    double s = unit_interval(b.cross(from_u).dot(normal) * inverse(normal.squaredNorm()));
+    const double t = unit_interval((from_u.dot(b) + s * a_b) * b_inverse);
+    s = unit_interval((t * a_b - from_u.dot(a)) * a_inverse);
+    keep(s, t, from_u + s * a - t * b);
+    return {p + best_s * a,          u + best_t * b, {1 - best_s, best_s, 0},
+            {1 - best_t, best_t, 0}, best_gap,       std::sqrt(least)};
 }
 
 ClosestPoints closest_triangle_triangle(const Triangle& a, const Triangle& b) noexcept {
