@@ -4,7 +4,7 @@
     python3 assets/contact_scenes.py FOLDER MODELS
 
 MODELS: a folder with octopus.obj and armadillo.obj, whose longest sides are about 1; scenes of models that it does not have
-are left out. Fast thin parts, twists, folds, tight spaces: what contact without intersections is for.
+are left out. Fast thin parts, twists, folds, tight spaces.
 """
 
 import json

@@ -177,9 +177,6 @@ void add_motion_options(CLI::App& command, DatasetArguments& arguments) {
     command.add_option("--steps-per-frame", excitation.steps_per_frame, "Time steps per frame")
         ->capture_default_str()
         ->check(whole_number(1, 1000));
-    command.add_flag("--self-contact", excitation.self_contact, "Let the body meet itself");
-    command.add_flag("--intersection-free", excitation.intersection_free,
-                     "Keep all surfaces apart, the body's own too, so that no pose intersects; costs more");
 }
 
 /// Which trajectories training must not see.

@@ -21,10 +21,6 @@ void add_scene_options(CLI::App& command, SimulateOptions& options) {
                     "Every N-th frame, count the face pairs that the scene's bounds miss; 0: never")
         ->capture_default_str()
         ->check(not_negative_whole());
-    command
-        .add_option("--contacts", options.contacts,
-                    "Contacts kept of those that the same two nodes carry, instead of the scene's; 0: all")
-        ->check(whole_number(0, 1000));
 }
 
 void add_outputs(CLI::App& command, SceneOutput& output) {
@@ -58,9 +54,8 @@ void add_live_options(CLI::App& command, SimulateOptions& options) {
 std::string columns() {
     std::string text = "Columns of --csv, one line per step:\n  frame: that the step belongs to";
     for (const StepNumber& number : step_numbers)
-        if (number.is_column)
-            text += fmt::format("\n  {}{}: {}", number.name,
-                                *number.unit ? fmt::format(", {}", number.unit) : "", number.text);
+        text += fmt::format("\n  {}{}: {}", number.name, *number.unit ? fmt::format(", {}", number.unit) : "",
+                            number.text);
     text += "\nand in the last step of a frame that --audit looks at:";
     for (const AuditNumber& number : audit_numbers) text += fmt::format("\n  {}", number.name);
     return text;

@@ -50,8 +50,7 @@ std::string plan_json(const DatasetPlan& plan, const Body& body) {
     json["frames"] = excitation.frames;
     json["frame_interval"] = excitation.frame_interval;
     json["steps_per_frame"] = excitation.steps_per_frame;
-    json["self_contact"] = excitation.self_contact;
-    json["intersection_free"] = excitation.intersection_free;
+    json["contact"] = "barrier";
     json["solver"] = "iterative";
     json["attempts"] = plan.attempts;
     json["held_out"] = plan.held_out_share;

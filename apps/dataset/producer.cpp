@@ -18,7 +18,6 @@
 #include "collision/base/temporary_files.hpp"
 #include "collision/query/self_query.hpp"
 #include "meshing/h5/sha256.hpp"
-#include "sim/contact/self_contact.hpp"
 #include "training/files/dataset_manifest.hpp"
 #include "training/files/recording_format.hpp"
 #include "training/files/split.hpp"
@@ -115,7 +114,7 @@ Producer::Producer(Body body, const DatasetPlan& plan, ShardFolder folder, Produ
     const double distance = world.thickness();
     contact_surface_ = std::make_shared<const ContactEdgeSurface>(
         tree_, body_.float_weights(), body_.surface.X.cast<float>(),
-        ContactDistances{distance, self_thickness(*world.surface(0).shape(), distance)});
+        ContactDistances{distance, std::min(distance, mean_edge(world.shape(0)))});
 }
 
 FrameContents Producer::contents() const {

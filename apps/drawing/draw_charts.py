@@ -8,7 +8,7 @@
   margins    the same, of one --body: vertices outside by margin (figure 8)
   peers      peers.csv of `nbdtree-bench peers`: times of all methods
   figure5    figure5.csv of `nbdtree-bench fig5`: times by the number of faces (figure 5)
-  physics    the table of `nbdtree-bench physics`: errors by size, step and mode
+  physics    the table of `nbdtree-bench physics`: errors by size and step
 
 Needs matplotlib (Debian: python3-matplotlib).
 """
@@ -267,37 +267,34 @@ def place(limits, value):
 
 
 def physics(table, _):
-    """A row of cells for each check: by mode, size and step, coloured by the largest error over what is allowed."""
-    table.need("check", "size_m", "dt_s", "mode", "error", "allowed")
-    checks, modes = (distinct(r[key] for r in table.rows) for key in ("check", "mode"))
+    """A row of cells for each check: by size and step, coloured by the largest error over what is allowed."""
+    table.need("check", "size_m", "dt_s", "error", "allowed")
+    checks = distinct(r["check"] for r in table.rows)
     worst, held = {}, dict.fromkeys(checks, True)
     for row in table.rows:
         error, allowed = table.number(row, "error"), table.number(row, "allowed")
         ratio = error / allowed if allowed > 0 else math.inf if error > 0 else 0
         held[row["check"]] &= ratio <= 1
-        at = (modes.index(row["mode"]), checks.index(row["check"]),
-              4 * place(SIZES, table.number(row, "size_m")) + place(STEPS, table.number(row, "dt_s")))
+        at = (checks.index(row["check"]), 4 * place(SIZES, table.number(row, "size_m")) + place(STEPS, table.number(row, "dt_s")))
         worst[at] = max(worst.get(at, 0), math.inf if math.isnan(ratio) else ratio)
-    figure, axes = panels(1, len(modes), 1.6 + 3.6 * len(modes), 1 + 0.19 * len(checks), sharey=True)
-    colours = ListedColormap(["#efefef", *(colour for _, colour, _ in SHADES)])
-    for m, (panel, mode) in enumerate(zip(axes[0], modes)):
-        cells = [[1 + place(SHADES, worst[m, c, k]) if (m, c, k) in worst else 0 for k in range(16)]
-                 for c in range(len(checks))]
-        panel.pcolormesh(cells, cmap=colours, vmin=0, vmax=len(SHADES), edgecolors="white", linewidth=1)
-        for k in (4, 8, 12):
-            panel.axvline(k, color="white", lw=5)
-        panel.set_xticks([k + 0.5 for k in range(16)], [step for _, step in STEPS] * 4, fontsize=6.5)
-        panel.tick_params(length=0)
-        panel.grid(False)
-        panel.spines[:].set_visible(False)
-        panel.set_xlabel("step, ms")
-        panel.set_title("intersection_free" if mode == "free" else mode, pad=18)
-        for i, (_, size) in enumerate(SIZES):
-            panel.text(4 * i + 2, -0.4, size, ha="center", va="bottom", fontsize=8)
-    axes[0][0].set_yticks([c + 0.5 for c in range(len(checks))], [label(c) for c in checks], fontsize=8)
-    for tick, check in zip(axes[0][0].get_yticklabels(), checks):
+    figure, axes = panels(1, 1, 6.2, 1 + 0.19 * len(checks))
+    panel = axes[0][0]
+    cells = [[1 + place(SHADES, worst[c, k]) if (c, k) in worst else 0 for k in range(16)] for c in range(len(checks))]
+    panel.pcolormesh(cells, cmap=ListedColormap(["#efefef", *(colour for _, colour, _ in SHADES)]), vmin=0,
+                     vmax=len(SHADES), edgecolors="white", linewidth=1)
+    for k in (4, 8, 12):
+        panel.axvline(k, color="white", lw=5)
+    panel.set_xticks([k + 0.5 for k in range(16)], [step for _, step in STEPS] * 4, fontsize=6.5)
+    panel.tick_params(length=0)
+    panel.grid(False)
+    panel.spines[:].set_visible(False)
+    panel.set_xlabel("step, ms")
+    for i, (_, size) in enumerate(SIZES):
+        panel.text(4 * i + 2, -0.4, size, ha="center", va="bottom", fontsize=8)
+    panel.set_yticks([c + 0.5 for c in range(len(checks))], [label(c) for c in checks], fontsize=8)
+    for tick, check in zip(panel.get_yticklabels(), checks):
         tick.set_fontweight("normal" if held[check] else "bold")
-    axes[0][0].set_ylim(len(checks), 0)
+    panel.set_ylim(len(checks), 0)
     legend_below(figure, [Patch(color=colour, label=text) for _, colour, text in SHADES], 2)
     return figure
 

@@ -13,10 +13,9 @@ namespace nbd {
 
 /// Face pairs that exact bounds find, how many of them a scene's own bounds miss, and the cost of both.
 struct AuditCount {
-    long intersecting = 0, intersecting_missed = 0;
     long near = 0, near_missed = 0;   // within the thickness at which contact begins
     long tests = 0, exact_tests = 0;  // tests of spheres, boxes, triangles: scene's bounds, exact bounds
-    double us = 0, exact_us = 0;      // measured microseconds: begin_pose() and both queries
+    double us = 0, exact_us = 0;      // measured microseconds: begin_pose() and the queries
     AuditCount& operator+=(const AuditCount& other);
 };
 
@@ -26,14 +25,9 @@ struct AuditNumber {
     std::variant<long AuditCount::*, double AuditCount::*> member;
 };
 inline constexpr AuditNumber audit_numbers[] = {
-    {"intersecting_pairs", &AuditCount::intersecting},
-    {"intersecting_pairs_missed", &AuditCount::intersecting_missed},
-    {"near_pairs", &AuditCount::near},
-    {"near_pairs_missed", &AuditCount::near_missed},
-    {"audit_tests", &AuditCount::tests},
-    {"audit_exact_tests", &AuditCount::exact_tests},
-    {"audit_us", &AuditCount::us},
-    {"audit_exact_us", &AuditCount::exact_us},
+    {"near_pairs", &AuditCount::near},   {"near_pairs_missed", &AuditCount::near_missed},
+    {"audit_tests", &AuditCount::tests}, {"audit_exact_tests", &AuditCount::exact_tests},
+    {"audit_us", &AuditCount::us},       {"audit_exact_us", &AuditCount::exact_us},
 };
 
 /// Runs the same queries on the same poses with a scene's bounds and with exact ones. Does not affect the
@@ -63,10 +57,7 @@ class Audit {
 
         /// hung: see Audit::hung_.
         void begin_poses(World& world, std::vector<HungSurface>& hung);
-        std::span<const FacePair> intersecting(std::size_t a, std::size_t b);
         std::span<const FacePair> within(std::size_t a, std::size_t b, float distance);
-        template <class Question>
-        auto measured(const Question& question);
     };
 
     std::vector<HungSurface> hung_;  // [bodies]

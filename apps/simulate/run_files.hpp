@@ -35,7 +35,7 @@ using RunOptions = std::vector<std::pair<std::string, std::string>>;
 /// Name of the recording's label with run_options_text().
 inline constexpr const char* run_options_label = "options";
 
-/// The options as one line: "--bounds=boxes --margin= --audit=3 --contacts=".
+/// The options as one line: "--bounds=boxes --margin= --audit=3".
 std::string run_options_text(const RunOptions& options);
 
 /// Names of the options that are given, with commas between them.

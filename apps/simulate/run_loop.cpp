@@ -50,23 +50,14 @@ RunLoop::RunLoop(SimulateOptions options, Output& out) : options_(std::move(opti
 void RunLoop::override_scene() {
     const auto& bounds = options_.bounds;
     const auto& margin = options_.margin;
-    const auto& contacts = options_.contacts;
-    if (spec_.contact.intersection_free && (bounds || margin || contacts))
-        throw std::invalid_argument(
-            fmt::format("{}: steps without intersections have no bounds and no contacts to choose; allowed: "
-                        "without --bounds, --margin and --contacts",
-                        options_.scene));
-    const bool other_contacts = contacts && *contacts != spec_.contact.contacts_per_node_pair;
     overridden_ = {{"--bounds", bounds ? std::string(name(*bounds)) : ""},
                    {"--margin", text_of(margin)},
-                   {"--audit", options_.audit > 0 ? fmt::format("{}", options_.audit) : ""},
-                   {"--contacts", other_contacts ? text_of(contacts) : ""}};
+                   {"--audit", options_.audit > 0 ? fmt::format("{}", options_.audit) : ""}};
     for (SceneBody& body : spec_.bodies) {
         if (bounds) body.bounds = *bounds;
         if (margin) body.margin = margin;
     }
     if (options_.frames) spec_.time.frames = *options_.frames;
-    if (contacts) spec_.contact.contacts_per_node_pair = *contacts;
 }
 
 /// Whether an earlier run has done all. Warns of what is asked of a run that is not made.

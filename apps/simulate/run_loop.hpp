@@ -19,10 +19,10 @@ namespace nbd {
 struct SimulateOptions {
     std::string scene;     // its file
     SceneOutput output{};  // empty paths: the scene's
-    // Instead of the scene's: bounds of all bodies, their margin, number of frames, contacts_per_node_pair.
+    // Instead of the scene's: bounds of all bodies, their margin, number of frames.
     std::optional<BoundKind> bounds{};
     std::optional<double> margin{};
-    std::optional<int> frames{}, contacts{};
+    std::optional<int> frames{};
     int audit = 0;               // every so many frames; 0: never
     std::optional<int> live{};   // port of the page that shows the run; 0: any
     bool keep_live = false;      // whether the page is served after the end

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "apps/simulate/run_files.hpp"
 #include "meshing/surface/counted.hpp"
@@ -36,7 +37,6 @@ nlohmann::ordered_json to_json(const StepTotals& total, int frames, double size,
                                    {"most_inverted", all.inverted_elements},
                                    {"time", all.time},
                                    {"frames_in_contact", total.frames_in_contact},
-                                   {"deepest_penetration", all.deepest_penetration},
                                    {"least_distance", nullptr},
                                    {"smallest_body", size}};
     if (std::isfinite(all.least_distance)) json["least_distance"] = all.least_distance;
@@ -50,17 +50,27 @@ nlohmann::ordered_json to_json(const StepTotals& total, int frames, double size,
     return json;
 }
 
+/// A warning about bodies that overlap or touch, or an error if steps refuse them.
+void tell_faults(const std::string& scene, const SceneSpec& spec, World& world, const Output& out) {
+    std::string line = start_warning(start_faults(world, body_labels(spec)), spec.resolve_start);
+    if (!line.empty()) line = fmt::format("{}: {}", scene, line);
+    try {
+        world.check_start();
+    } catch (const std::invalid_argument& error) {
+        throw std::invalid_argument(line.empty() ? fmt::format("{}: {}", scene, error.what()) : line);
+    }
+    if (!line.empty()) out.warning(line);
+}
+
 }  // namespace
 
 void tell_start(const std::string& scene, const SceneSpec& spec, std::span<const LoadedBody> bodies,
                 World& world, const std::vector<StartMove>& moves, const Output& out) {
     for (const auto& [body, by] : moves)
-        out.announcement(
-            fmt::format("body {} '{}' intersects at the start and was moved by ({:.3g}, {:.3g}, {:.3g}) m",
-                        body, spec.bodies[body].name, by.x(), by.y(), by.z()));
-    if (const std::string line = start_warning(start_faults(world, body_labels(spec)), spec.resolve_start);
-        !line.empty())
-        out.warning(fmt::format("{}: {}", scene, line));
+        out.announcement(fmt::format(
+            "body {} '{}' touched or overlapped something at the start and was moved by ({:.3g}, {:.3g}, {:.3g}) m",
+            body, spec.bodies[body].name, by.x(), by.y(), by.z()));
+    tell_faults(scene, spec, world, out);
     for (const std::string& line : scene_body_warnings(spec, bodies))
         out.warning(fmt::format("{}: {}", scene, line));
     for (const std::string& line : rest_warnings(spec, world))
@@ -82,25 +92,23 @@ void tell_trouble(const StepTotals& total, const std::string& reason, const Outp
 
 void tell_results(const SceneOutput& paths, int frames, const StepTotals& total, double size,
                   double output_us, const Output& out) {
-    out.text(
-        fmt::format("{}: {}, {:.3f} s simulated; contacts in {}, deepest penetration {:.3g} m, "
-                    "{:.2g} % of the smallest body",
-                    paths.recording.string(), counted(frames, "frame"), total.all.time,
-                    counted(total.frames_in_contact, "frame"), total.all.deepest_penetration,
-                    100 * total.all.deepest_penetration / size));
+    out.text(fmt::format("{}: {}, {:.3f} s simulated; contacts in {}", paths.recording.string(),
+                         counted(frames, "frame"), total.all.time,
+                         counted(total.frames_in_contact, "frame")));
     for (const std::string& line : other_outputs(paths)) out.text(line);
     if (std::isfinite(total.all.least_distance))
-        out.text(fmt::format("least distance between surfaces at the end of a step: {:.3g} m",
-                             total.all.least_distance));
+        out.text(
+            fmt::format("least distance between surfaces at the end of a step: {:.3g} m, {:.2g} % of the "
+                        "smallest body",
+                        total.all.least_distance, 100 * total.all.least_distance / size));
     out.text(fmt::format("broad phase per step: {:.1f} us update, {:.1f} us queries, {:.1f} nodes bounded",
                          total.mean(&StepReport::update_us), total.mean(&StepReport::collision_us),
                          total.mean(&StepReport::nodes_bounded)));
     out.text(time_line(total, output_us));
     if (total.audited_frames > 0)
-        out.text(
-            fmt::format("audit of {}: {} of {} touching face pairs missed, {} of {} within contact distance",
-                        counted(total.audited_frames, "frame"), total.audit.intersecting_missed,
-                        total.audit.intersecting, total.audit.near_missed, total.audit.near));
+        out.text(fmt::format("audit of {}: {} of {} face pairs within the contact distance missed",
+                             counted(total.audited_frames, "frame"), total.audit.near_missed,
+                             total.audit.near));
     if (total.audited_frames > 0)
         out.text(fmt::format(
             "audit: {} tests, exact bounds need {}; {:.1f} us per frame, exact bounds take {:.1f}",

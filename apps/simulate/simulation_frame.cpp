@@ -86,20 +86,12 @@ class RecordReader {
 template <class Archive, class Frame>
 void pass(Archive& archive, Frame& frame) {
     auto& world = frame.world;
-    auto& starts = world.sides.starts;
     archive(frame.number);
     archive(world.time);
     archive(world.dt_before);
     archive(world.bodies);
     archive(world.before);
     archive(world.velocities_before);
-    archive(world.sides.vertices);
-    archive(world.sides.normals);
-    archive(world.sides.depths);
-    archive(starts.vertices);
-    archive(starts.depths);
-    archive(starts.bodies);
-    archive(starts.obstacles);
     archive(world.stretches.contacts);
     archive(world.stretches.ways);
     archive(frame.contact_forces);

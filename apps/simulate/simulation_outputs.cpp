@@ -15,7 +15,6 @@
 #include "collision/base/temporary_files.hpp"
 #include "collision/geometry/far_origin.hpp"
 #include "meshing/formats/write_surface.hpp"
-#include "sim/contact/self_contact.hpp"
 #include "sim/fem/stress.hpp"
 
 namespace nbd {
@@ -36,13 +35,13 @@ ContactEdgeFinder contact_edge_finder(const World& world) {
     std::vector<std::shared_ptr<const ContactEdgeSurface>> surfaces;
     std::vector<int> ids;
     for (int b = 0; b < world.body_count(); ++b) {
-        const ContactSurface& surface = world.surface(b);
-        auto& shared = made[surface.shape().get()];
+        const ContactShape& shape = world.shape(b);
+        auto& shared = made[&shape];
         if (!shared) {
-            const Vertices rest = embedded(surface.W(), world.elastic(b).rest().X).cast<float>();
+            const Vertices rest = embedded(shape.W, world.elastic(b).rest().X).cast<float>();
             shared = std::make_shared<const ContactEdgeSurface>(
-                shared_exact_tree(rest, surface.F()), surface.W().cast<float>(), rest,
-                ContactDistances{world.thickness(), self_thickness(*surface.shape(), world.thickness())});
+                shared_exact_tree(rest, shape.F), shape.W.cast<float>(), rest,
+                ContactDistances{world.thickness(), std::min(world.thickness(), mean_edge(shape))});
         }
         surfaces.push_back(shared);
         ids.push_back(b);
@@ -84,9 +83,9 @@ SimulationOutputs::SimulationOutputs(const SceneOutput& paths, const SceneSpec& 
         handles_.push_back(recording_.begin_trajectory(info, world.elastic(b).node_count(), contents));
         start_.push_back(world.state(b).x);
         names_.push_back(body_file_name(i, spec.bodies[i].name));
-        const ContactSurface& surface = world.surface(b);
+        const ContactShape& shape = world.shape(b);
         labels_.push_back(fmt::format("{}: body {} ({})", paths.recording.string(), b, spec.bodies[i].name));
-        edges_.push_back(mean_edge(embedded(surface.W(), world.elastic(b).rest().X), surface.F()));
+        edges_.push_back(mean_edge(embedded(shape.W, world.elastic(b).rest().X), shape.F));
     }
     if (!paths.vtu.empty()) {
         remove_abandoned(paths.vtu / "scene");
@@ -154,8 +153,8 @@ void SimulationOutputs::add_vtu(const SimulationFrame& frame) {
 void SimulationOutputs::add_surfaces(const SimulationFrame& frame) {
     std::vector<TriMesh> surfaces;
     for (std::size_t b = 0; b < start_.size(); ++b) {
-        const ContactSurface& surface = world_.surface(b);
-        surfaces.push_back({embedded(surface.W(), frame.world.bodies[b].x), surface.F()});
+        const ContactShape& shape = world_.shape(b);
+        surfaces.push_back({embedded(shape.W, frame.world.bodies[b].x), shape.F});
         if (!paths_.obj.empty())
             write_surface(paths_.obj / fmt::format("{}_{:06}.obj", names_[b], frame.number),
                           surfaces.back().X.rowwise() + world_.origin().transpose(), surfaces.back().F);

@@ -11,7 +11,7 @@ namespace nbd {
 namespace {
 
 /// The columns of the audit stand before this one.
-constexpr std::string_view last_column = "pairs_measured";
+constexpr std::string_view last_column = "trouble";
 
 template <class Number>
 std::string shown(Number number, std::string_view unit) {
@@ -30,8 +30,7 @@ std::string shown(Number number, std::string_view unit) {
 std::vector<std::pair<std::string, double>> StepTotals::times() const {
     std::vector<std::pair<std::string, double>> means;
     for (const StepNumber& number : step_numbers)
-        if (const auto* time = std::get_if<double StepReport::*>(&number.member);
-            time && number.adds && number.is_column)
+        if (const auto* time = std::get_if<double StepReport::*>(&number.member); time && number.adds)
             means.emplace_back(number.name, mean(*time));
     return means;
 }
@@ -45,7 +44,6 @@ double StepTotals::step_us() const {
 StepTable::StepTable(const std::filesystem::path& path) : file_(path) {
     file_->out() << "frame";
     for (const StepNumber& number : step_numbers) {
-        if (!number.is_column) continue;
         if (number.name == last_column)
             for (const AuditNumber& of_audit : audit_numbers) file_->out() << ',' << of_audit.name;
         file_->out() << ',' << number.name;
@@ -59,7 +57,6 @@ void StepTable::add(const std::vector<StepRow>& rows) {
         StepReport& all = totals_.all;
         all.add(row);
         all.time = row.time;
-        all.deepest_penetration = std::max(all.deepest_penetration, row.deepest_penetration);
         all.least_distance = std::min(all.least_distance, row.least_distance);
         all.inverted_elements = std::max(all.inverted_elements, row.inverted_elements);
         if (row.contacts > 0 && std::exchange(last_frame_in_contact_, row.frame) != row.frame)
@@ -79,7 +76,6 @@ void StepTable::add(const std::vector<StepRow>& rows) {
 void StepTable::write(const StepRow& row) {
     std::string line = fmt::to_string(row.frame);
     for (const StepNumber& number : step_numbers) {
-        if (!number.is_column) continue;
         if (number.name == last_column)
             for (const AuditNumber& of_audit : audit_numbers) {
                 line += ',';

@@ -62,7 +62,7 @@ ViewSources sources_of_scene(const SceneSpec& spec, std::span<const LoadedBody> 
     }
     sources.obstacles.assign(world->obstacles().begin(), world->obstacles().end());
     sources.contact_distance = world->thickness();
-    sources.self_contact = spec.contact.self_contact || spec.contact.intersection_free;
+    sources.self_contact = true;
     return sources;
 }
 

@@ -44,14 +44,15 @@ double edge_area(const MovingSurface& surface, int edge) {
 
 }  // namespace
 
-void Barrier::add_body(std::shared_ptr<const ContactShape> shape, const TetMesh& rest, double young) {
+void Barrier::add_body(std::shared_ptr<const ContactShape> shape, const TetMesh& rest, double young,
+                       const PairBounds& bounds) {
     const auto twin =
         std::ranges::find_if(surfaces_, [&](const MovingSurface& s) { return &s.shape() == shape.get(); });
     const int body = bodies_.size();
     if (twin != surfaces_.end())
-        surfaces_.push_back(MovingSurface(*twin, body));
+        surfaces_.push_back(MovingSurface(*twin, body, bounds));
     else
-        surfaces_.emplace_back(shape, rest, body);
+        surfaces_.emplace_back(shape, rest, body, bounds);
     bodies_.push_back({std::move(shape), young});
 }
 
@@ -74,6 +75,18 @@ double Barrier::room_at(double distance, double floor, double reach) {
     return std::max(std::min(distance, reach) - floor, 0.0);
 }
 
+bool Barrier::can_miss() const {
+    return !is_exact_ && std::ranges::any_of(surfaces_, &MovingSurface::can_miss);
+}
+
+void Barrier::be_exact(bool exact) {
+    if (exact == is_exact_) return;
+    is_exact_ = exact;
+    for (MovingSurface& surface : surfaces_)
+        if (!surface.is_obstacle()) surface.be_exact(exact);
+    search_.forget();
+}
+
 double Barrier::floor() const noexcept { return floor_share * reach_; }
 
 std::vector<Intersection> Barrier::intersections(std::span<const Nodes> nodes) {
@@ -85,6 +98,7 @@ std::vector<Intersection> Barrier::intersections(std::span<const Nodes> nodes) {
 
 void Barrier::begin_step(double time, double dt) {
     dt_ = dt;
+    if (can_miss()) search_.forget();  // so that a step depends on its start alone
     for (Wall& wall : walls_) {
         wall.start = displacement_at(wall.obstacle, time);
         wall.velocity = mean_velocity(wall.obstacle, time, dt);

@@ -23,9 +23,10 @@ class Barrier {
     /// reach: distance at which surfaces begin to press, metres, > 0. Both must stay as they are.
     Barrier(const ContactConfig& config, double reach) : config_(config), reach_(reach) {}
 
-    /// rest: the body's tetrahedra at rest. young: modulus of its outer layer, Pa. Add all bodies,
-    /// then the obstacles, then call begin().
-    void add_body(std::shared_ptr<const ContactShape> shape, const TetMesh& rest, double young);
+    /// rest: the body's tetrahedra at rest. young: modulus of its outer layer, Pa. bounds: by which it meets
+    /// others. Add all bodies, then the obstacles, then call begin().
+    void add_body(std::shared_ptr<const ContactShape> shape, const TetMesh& rest, double young,
+                  const PairBounds& bounds = {});
     void add_obstacle(const Obstacle& obstacle);
     void begin();
     /// Faces of bodies that intersect others of their body at rest. They, others nearly as near, and those
@@ -49,6 +50,11 @@ class Barrier {
     /// The same. Returns a share in [0, 1] of this motion up to which nothing collides and the distances of
     /// what presses shrink to a fifth at most; 1 if all of it is free. At its begin, surfaces must be apart.
     double move(std::span<const Nodes> begin, std::span<const Nodes> end, double progress);
+
+    /// Whether bounds of bodies can miss what comes near: then intersections() alone is sure to find all.
+    bool can_miss() const;
+    /// Whether the bodies have exact bounds in the next motions, rather than those that were given.
+    void be_exact(bool exact);
 
     /// Potential after a share of the motion, joules; infinite where surfaces are too near. Edges have the
     /// weights that they have at its begin, see edge_mollifier().
@@ -123,6 +129,7 @@ class Barrier {
     std::vector<MovingSurface> surfaces_;  // of the bodies, then of the obstacles that are meshes
     std::vector<Wall> walls_;
     double dt_ = 0;
+    bool is_exact_ = false;  // see be_exact()
     NearFeatureSearch search_;
     IntersectionSearch intersection_search_;
     std::span<const NearFeatures> near_;

@@ -6,11 +6,13 @@
 
 namespace nbd {
 
-/// By how much the boxes of the two features over the motion are apart along the axis on which they are most,
-/// metres; negative if they overlap on all. Features of one surface move relative to its mean motion.
-double boxes_apart(const FeaturePair& pair, const std::vector<MovingSurface>& surfaces);
+/// Whether two features may come within `distance` of each other, metres: their boxes over the motion do, and
+/// so they would if their corners approached each other in the straightest way. Features of one surface move
+/// relative to its mean motion.
+bool may_come_within(double distance, const FeaturePair& pair, const std::vector<MovingSurface>& surfaces);
 
-/// Likewise before the motion.
+/// By how much the boxes of the two features before the motion are apart along the axis on which they are
+/// most, metres; negative if they overlap on all.
 double boxes_apart_at_begin(const FeaturePair& pair, const std::vector<MovingSurface>& surfaces);
 
 /// Positions in the frame in which the boxes of one surface are compared, [n, 3].

@@ -136,7 +136,7 @@ void IntersectionSearch::find_at_rest(const std::vector<MovingSurface>& surfaces
     add_neighbours(resting[0], 0, candidates_);
     const std::size_t neighbours = candidates_.size();
     const auto near = static_cast<float>(distance + 2 * resting[0].rounding());
-    for (const FacePair& faces : self_query_.boxes_within(resting[0].tree(), near))
+    for (const FacePair& faces : self_query_.boxes_within(resting[0].still_tree(), near))
         candidates_.push_back(within(0, faces));
     const std::vector<Intersection> found = keep_intersecting(resting);
     for (const Intersection& i : found) at_rest_.push_back({surface, surface, i.a, i.b});
@@ -166,7 +166,7 @@ std::vector<Intersection> IntersectionSearch::find(std::vector<MovingSurface>& s
             MovingSurface& t = surfaces[b];
             if (s.is_obstacle() && t.is_obstacle()) continue;
             const auto distance = static_cast<float>(s.rounding() + t.rounding());
-            for (const FacePair& faces : pair_query_.boxes_within(s.tree(), t.tree(), distance))
+            for (const FacePair& faces : pair_query_.boxes_within(s.still_tree(), t.still_tree(), distance))
                 candidates_.push_back({a, b, faces.a, faces.b});
         }
     }
@@ -177,8 +177,9 @@ std::vector<Intersection> IntersectionSearch::find(std::vector<MovingSurface>& s
 
 std::span<const FacePair> IntersectionSearch::open_pairs(MovingSurface& surface, float distance) {
     const std::optional<HostProof>& proof = surface.proof();
-    if (!proof) return self_query_.boxes_within(surface.tree(), distance);
-    return self_query_.boxes_within(surface.tree(), distance, proof->known_leaves(), proof->open_leaves());
+    if (!proof) return self_query_.boxes_within(surface.still_tree(), distance);
+    return self_query_.boxes_within(surface.still_tree(), distance, proof->known_leaves(),
+                                    proof->open_leaves());
 }
 
 /// Of the candidates.

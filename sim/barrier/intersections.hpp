@@ -17,9 +17,10 @@ struct Intersection {
     auto operator<=>(const Intersection&) const = default;
 };
 
-/// Finds intersecting faces at the end of the surfaces' motion, by exact tests of positions in double
-/// precision: between surfaces, and within each surface of a body. Faces with one common vertex intersect
-/// where one meets the opposite side of the other; faces with a common edge where one lies on the other.
+/// Finds intersecting faces in a pose of the surfaces, a motion that ends as it begins, by exact tests of
+/// positions in double precision and exact bounds: between surfaces, and within each surface of a body. Faces
+/// with one common vertex intersect where one meets the opposite side of the other; faces with a common edge
+/// where one lies on the other.
 class IntersectionSearch {
  public:
     /// Call once, when all surfaces are there. distance: what is nearer at rest touches, metres.

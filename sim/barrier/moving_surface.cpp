@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "collision/query/pair_query.hpp"
+#include "collision/tree/auto_bounds.hpp"
 #include "meshing/parallel/parallel_for.hpp"
 
 namespace nbd {
@@ -27,34 +28,54 @@ Nodes placed(const Embedding& W, const Nodes& nodes) {
     return x;
 }
 
-std::shared_ptr<const CollisionTree> tree_of(const ContactShape& shape, NodesRef X, const Nodes& rest,
-                                             bool hangs_on_nodes) {
+bool hangs(const CollisionTree& tree, const Embedding& W) {
+    return tree.affine && tree.affine->hangs_by(W.cast<float>());
+}
+
+/// The tree that is given, if it serves, or a new one.
+std::shared_ptr<const CollisionTree> exact_tree(const PairBounds& bounds, const ContactShape& shape,
+                                                NodesRef X, const Nodes& rest, bool hangs_on_nodes) {
+    if (bounds.tree && (!hangs_on_nodes || hangs(*bounds.tree, shape.W))) return bounds.tree;
     CollisionTree tree = make_exact_tree(rest.cast<float>(), shape.F);
     if (hangs_on_nodes) hang_on_nodes(tree, shape.W.cast<float>(), X.cast<float>());
     return std::make_shared<const CollisionTree>(std::move(tree));
 }
 
-BoundKind bounds_of(bool hangs_on_nodes) { return hangs_on_nodes ? BoundKind::affine : BoundKind::boxes; }
+PosedTree exact(const std::shared_ptr<const CollisionTree>& tree, bool hangs_on_nodes) {
+    return {tree, hangs_on_nodes ? BoundKind::affine : BoundKind::boxes};
+}
+
+PosedTree bounded(const PairBounds& bounds, const std::shared_ptr<const CollisionTree>& own,
+                  bool hangs_on_nodes) {
+    if (!bounds.tree) return exact(own, hangs_on_nodes);
+    return {bounds.tree, exact_for_auto(*bounds.tree, bounds.kind), bounds.margin};
+}
+
+int most_carriers(const Embedding& W) {
+    int most = 0;
+    for (Eigen::Index v = 0; v < W.rows(); ++v)
+        most = std::max(most, W.outerIndexPtr()[v + 1] - W.outerIndexPtr()[v]);
+    return most;
+}
 
 }  // namespace
 
-MovingSurface::MovingSurface(std::shared_ptr<const ContactShape> shape, const TetMesh& tets, int body)
+MovingSurface::MovingSurface(std::shared_ptr<const ContactShape> shape, const TetMesh& tets, int body,
+                             const PairBounds& bounds)
     : shape_(std::move(shape)),
       body_(body),
       hangs_on_nodes_(shape_->is_much_finer && shape_->overhang <= -AffineModel::least_weight),
+      most_carriers_(most_carriers(shape_->W)),
       rest_nodes_(tets.X),
       rest_(placed(shape_->W, tets.X)),
-      shared_tree_(tree_of(*shape_, tets.X, rest_, hangs_on_nodes_)),
-      tree_(shared_tree_, bounds_of(hangs_on_nodes_)),
-      own_tree_(shared_tree_, bounds_of(hangs_on_nodes_)) {
-    for (int v = 0; v < shape_->vertex_count(); ++v)
-        most_carriers_ =
-            std::max(most_carriers_, shape_->W.outerIndexPtr()[v + 1] - shape_->W.outerIndexPtr()[v]);
+      shared_tree_(exact_tree(bounds, *shape_, tets.X, rest_, hangs_on_nodes_)),
+      tree_(bounded(bounds, shared_tree_, hangs_on_nodes_)),
+      own_tree_(exact(shared_tree_, hangs_on_nodes_)) {
     move(tets.X, tets.X);
     if (shape_->is_much_finer) find_hosts(tets);
 }
 
-MovingSurface::MovingSurface(const MovingSurface& twin, int body)
+MovingSurface::MovingSurface(const MovingSurface& twin, int body, const PairBounds& bounds)
     : shape_(twin.shape_),
       body_(body),
       hangs_on_nodes_(twin.hangs_on_nodes_),
@@ -62,8 +83,8 @@ MovingSurface::MovingSurface(const MovingSurface& twin, int body)
       rest_nodes_(twin.rest_nodes_),
       rest_(twin.rest_),
       shared_tree_(twin.shared_tree_),
-      tree_(shared_tree_, bounds_of(hangs_on_nodes_)),
-      own_tree_(shared_tree_, bounds_of(hangs_on_nodes_)),
+      tree_(bounded(bounds, shared_tree_, hangs_on_nodes_)),
+      own_tree_(exact(shared_tree_, hangs_on_nodes_)),
       hosts_(twin.hosts_) {
     if (hosts_) proof_.emplace(hosts_);
     move(rest_nodes_, rest_nodes_);
@@ -72,7 +93,7 @@ MovingSurface::MovingSurface(const MovingSurface& twin, int body)
 /// In the rest pose.
 void MovingSurface::find_hosts(const TetMesh& tets) {
     constexpr double share = 0.5;  // of the size of a leaf, that others near it may be apart
-    const WideTree& tree = *tree_.box_tree();
+    const WideTree& tree = *own_tree_.box_tree();
     WideBoxes boxes;
     fit_wide_boxes(tree, rest_.cast<float>(), boxes);
     double size = 0;
@@ -84,7 +105,9 @@ void MovingSurface::find_hosts(const TetMesh& tets) {
         }
     const auto distance = static_cast<float>(share * size / count);
     PairQuery query;
-    const auto near = query.box_leaves_within(tree_, own_tree_, distance, [&](int, int) { return distance; });
+    PosedTree twin = exact(shared_tree_, hangs_on_nodes_);
+    begin_step(twin);
+    const auto near = query.box_leaves_within(own_tree_, twin, distance, [&](int, int) { return distance; });
     hosts_ = std::make_shared<const HostNeighbours>(shape_, tets, rest_, tree, near);
     proof_.emplace(hosts_);
     proof_->prove(rest_nodes_, rest_nodes_);
@@ -101,31 +124,47 @@ Eigen::RowVector3d MovingSurface::position(int vertex, const Nodes& points) cons
                              points.outerStride());
 }
 
-void MovingSurface::begin_step(PosedTree& tree, const Vertices& begin, const Vertices& end) const {
-    if (hangs_on_nodes_)
-        tree.begin_step_of_nodes(begin, end);
+void MovingSurface::begin_step(PosedTree& tree) const {
+    if (tree.takes_nodes())
+        tree.begin_step_of_nodes(nodes_.begin, nodes_.end);
     else
-        tree.begin_step(begin, end);
+        tree.begin_step(vertices_.begin, vertices_.end);
+}
+
+void MovingSurface::be_exact(bool exact) {
+    exact_tree_.reset();
+    if (exact) exact_tree_.emplace(nbd::exact(shared_tree_, hangs_on_nodes_));
 }
 
 void MovingSurface::move(Nodes begin, Nodes end) {
     if (proof_) proof_->prove(begin, end);
-    begin_ = hangs_on_nodes_ ? std::move(begin) : placed(shape_->W, begin);
-    end_ = hangs_on_nodes_ ? std::move(end) : placed(shape_->W, end);
-    begin_float_ = begin_.cast<float>();
-    end_float_ = end_.cast<float>();
-    begin_step(tree_, begin_float_, end_float_);
+    const bool tree_takes_nodes = tree().takes_nodes();
+    if (hangs_on_nodes_ || tree_takes_nodes) nodes_ = {begin.cast<float>(), end.cast<float>()};
+    largest_ = std::max(begin.cwiseAbs().maxCoeff(), end.cwiseAbs().maxCoeff());
+    begin_ = std::move(begin);
+    end_ = std::move(end);
+    if (!hangs_on_nodes_ || !tree_takes_nodes) {
+        Nodes from = placed(shape_->W, begin_), to = placed(shape_->W, end_);
+        vertices_ = {from.cast<float>(), to.cast<float>()};
+        if (!hangs_on_nodes_) {
+            begin_ = std::move(from);
+            end_ = std::move(to);
+        }
+    }
+    begin_step(tree());
     if (is_obstacle()) return;
     mean_motion_ = (end_ - begin_).colwise().mean().transpose();
-    own_end_float_ = (end_.rowwise() - mean_motion_.transpose()).cast<float>();
-    begin_step(own_tree_, begin_float_, own_end_float_);
+    own_end_ = (end_.rowwise() - mean_motion_.transpose()).cast<float>();
+    if (hangs_on_nodes_)
+        own_tree_.begin_step_of_nodes(nodes_.begin, own_end_);
+    else
+        own_tree_.begin_step(vertices_.begin, own_end_);
 }
 
 double MovingSurface::rounding() const noexcept {
     // Of a vertex, or of the weights and sum of its nodes.
-    const double steps = hangs_on_nodes_ ? 2 * most_carriers_ : 1;
-    return steps * 0x1p-24 * std::sqrt(3.0) *
-           std::max(begin_.cwiseAbs().maxCoeff(), end_.cwiseAbs().maxCoeff());
+    const double steps = hangs_on_nodes_ || tree_.takes_nodes() ? 2 * most_carriers_ : 1;
+    return steps * 0x1p-24 * std::sqrt(3.0) * largest_;
 }
 
 std::array<FeatureCorner, 4> corners(const FeaturePair& pair, const std::vector<MovingSurface>& surfaces) {

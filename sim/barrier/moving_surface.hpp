@@ -13,7 +13,14 @@
 
 namespace nbd {
 
-/// A surface whose vertices move straight from one pose to another, with a tree for queries over the motion.
+/// By what the faces of a surface are culled that stay away from those of others.
+struct PairBounds {
+    std::shared_ptr<const CollisionTree> tree{};  // of the surface; null: exact bounds, of a tree of its own
+    BoundKind kind = BoundKind::exact;            // `auto`: as exact_for_auto() says
+    std::optional<float> margin{};  // relative, of the tree's spheres; none: PosedTree's default
+};
+
+/// A surface whose vertices move straight from one pose to another, with trees for queries over the motion.
 /// Positions are in double precision, metres.
 ///
 /// A surface that is much finer than the tetrahedra that carry it, and does not leave them, hangs on their
@@ -21,10 +28,11 @@ namespace nbd {
 /// vertex by vertex.
 class MovingSurface {
  public:
-    /// Of a body. tets: at rest, where the surface does not touch itself. body: its number.
-    MovingSurface(std::shared_ptr<const ContactShape> shape, const TetMesh& tets, int body);
+    /// Of a body. tets: at rest. body: its number. Throws as PosedTree() where the bounds cannot be used.
+    MovingSurface(std::shared_ptr<const ContactShape> shape, const TetMesh& tets, int body,
+                  const PairBounds& bounds = {});
     /// Of another body of the same shape.
-    MovingSurface(const MovingSurface& twin, int body);
+    MovingSurface(const MovingSurface& twin, int body, const PairBounds& bounds = {});
     /// Of an obstacle, or of a body whose vertices are its nodes. rest: [n, 3]. body: -1 for an obstacle.
     MovingSurface(const Faces& F, const Nodes& rest, int body);
 
@@ -54,10 +62,16 @@ class MovingSurface {
         const Eigen::RowVector3d from = begin(vertex);
         return from + share * (end(vertex) - from);
     }
-    /// In this motion; see PosedTree::begin_step().
-    PosedTree& tree() noexcept { return tree_; }
-    /// The same relative to the mean motion of the points, for queries of the surface with itself.
+    /// In this motion, for queries with other surfaces; see PosedTree::begin_step().
+    PosedTree& tree() noexcept { return exact_tree_ ? *exact_tree_ : tree_; }
+    /// Exact, and relative to the mean motion of the points, for queries of the surface with itself.
     PosedTree& own_tree() noexcept { return own_tree_; }
+    /// Exact, for queries with itself and others, where the motion ends as it begins.
+    PosedTree& still_tree() noexcept { return is_obstacle() ? tree_ : own_tree_; }
+    /// Whether tree() can miss faces that come near.
+    bool can_miss() const noexcept { return !exact_tree_ && nbd::can_miss(tree_.kind()); }
+    /// Whether tree() has exact bounds in the next motions, rather than those that were given.
+    void be_exact(bool exact);
     const Eigen::Vector3d& mean_motion() const noexcept { return mean_motion_; }
     /// Tells which of its faces need no look in this motion. None unless the surface is much finer than the
     /// tetrahedra that carry it.
@@ -68,19 +82,26 @@ class MovingSurface {
  private:
     Eigen::RowVector3d position(int vertex, const Nodes& points) const noexcept;
     void find_hosts(const TetMesh& tets);
-    void begin_step(PosedTree& tree, const Vertices& begin, const Vertices& end) const;
+    void begin_step(PosedTree& tree) const;
 
     std::shared_ptr<const ContactShape> shape_;
     int body_;
     bool hangs_on_nodes_;
-    int most_carriers_ = 0;  // nodes that a vertex hangs on
+    int most_carriers_;  // nodes that a vertex hangs on
     Nodes rest_nodes_, rest_, begin_, end_;
     Eigen::Vector3d mean_motion_ = Eigen::Vector3d::Zero();
     std::shared_ptr<const CollisionTree> shared_tree_;
     PosedTree tree_, own_tree_;
+    std::optional<PosedTree> exact_tree_;  // in place of tree_
     std::shared_ptr<const HostNeighbours> hosts_;
     std::optional<HostProof> proof_;
-    Vertices begin_float_, end_float_, own_end_float_;  // of the trees' steps
+    /// Positions at both ends, as trees have them.
+    struct Ends {
+        Vertices begin, end;
+    };
+    Ends nodes_, vertices_;  // those that a tree reads
+    Vertices own_end_;       // of own_tree_
+    double largest_ = 0;     // coordinate that trees read
 };
 
 /// A corner of a feature: a vertex of a surface.

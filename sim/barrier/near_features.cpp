@@ -12,12 +12,9 @@ namespace {
 
 /// Room beyond the reach, as a multiple of it: a larger one makes more candidates, a smaller one more
 /// queries.
-constexpr double room_share = 1;
+constexpr double room_share = 2;
 
-/// The largest distance by which a point leaves its box along an axis.
-double outside(const Nodes& x, const Nodes& low, const Nodes& high) {
-    return std::max({(low - x).maxCoeff(), (x - high).maxCoeff(), 0.0});
-}
+double longest_row(const Nodes& x) { return x.rowwise().norm().maxCoeff(); }
 
 /// The faces of one surface that own the features of a pair.
 Intersection owners(const FeaturePair& pair, const SurfaceTopology& topology) {
@@ -45,7 +42,24 @@ class NearFeatureSearch::MovingFaces {
             high_[k] = begin_[k].cwiseMax(end_[k]);
         }
     }
-    /// By how much the boxes of two features over the motion are apart, see boxes_apart().
+    /// Whether the two faces stay farther apart.
+    bool are_beyond(double distance) const {
+        const auto ball = [&](std::size_t first) {
+            const Eigen::Vector3d centre = (begin_[first] + begin_[first + 1] + begin_[first + 2]) / 3;
+            double squared = 0;
+            for (std::size_t k = first; k < first + 3; ++k)
+                squared = std::max(squared, (begin_[k] - centre).squaredNorm());
+            return std::pair(centre, std::sqrt(squared));
+        };
+        const auto [centre_a, radius_a] = ball(0);
+        const auto [centre_b, radius_b] = ball(3);
+        double most = 0;  // by which corners of the two approach each other
+        for (std::size_t k = 0; k < 3; ++k)
+            for (std::size_t l = 3; l < 6; ++l)
+                most = std::max(most, (end_[k] - begin_[k] - end_[l] + begin_[l]).squaredNorm());
+        return (centre_a - centre_b).norm() - radius_a - radius_b - std::sqrt(most) > distance;
+    }
+    /// By how much the boxes of two features over the motion are apart.
     double apart(FeatureKind kind, const PlacesInFaces& places) const {
         PairBoxes boxes(kind);
         for (std::size_t k = 0; k < 4; ++k) {
@@ -93,35 +107,60 @@ void NearFeatureSearch::begin(const std::vector<MovingSurface>& surfaces,
         if (!surfaces[s].is_obstacle() && !surfaces[s].proof()) neighbours_.emplace_back(surfaces, s);
 }
 
-NearFeatureSearch::Deviation NearFeatureSearch::deviation(std::size_t surface,
-                                                          const MovingSurface& moved) const {
-    const Reference& reference = references_[surface];
+/// The shares of the reference motion that are nearest to the begin and to the end of this one.
+std::array<double, 2> NearFeatureSearch::shares(const std::vector<MovingSurface>& surfaces) const {
+    double along_begin = 0, along_end = 0, squared = 0;
+    for (std::size_t s = 0; s < surfaces.size(); ++s) {
+        const auto& [begin, way] = references_[s];
+        along_begin += (surfaces[s].begin_points() - begin).cwiseProduct(way).sum();
+        along_end += (surfaces[s].end_points() - begin).cwiseProduct(way).sum();
+        squared += way.squaredNorm();
+    }
+    if (!(squared > 0)) return {0, 0};
+    const double at_begin = std::clamp(along_begin / squared, 0.0, 1.0);
+    return {at_begin, std::clamp(along_end / squared, at_begin, 1.0)};
+}
+
+NearFeatureSearch::Deviation NearFeatureSearch::deviation(std::size_t surface, const MovingSurface& moved,
+                                                          const std::array<double, 2>& shares) const {
+    const auto& [begin, way] = references_[surface];
     const double error = difference_rounding * std::max(moved.begin_points().cwiseAbs().maxCoeff(),
                                                         moved.end_points().cwiseAbs().maxCoeff());
     Deviation result;
-    for (const Nodes* x : {&moved.begin_points(), &moved.end_points()}) {
-        result.whole = std::max(result.whole, outside(*x, reference.low, reference.high));
-        if (moved.is_obstacle() || moved.proof()) continue;
-        result.own = std::max(result.own, outside(about_mean(*x), reference.own_low, reference.own_high));
+    for (std::size_t end = 0; end < 2; ++end) {
+        const Nodes off = (end == 0 ? moved.begin_points() : moved.end_points()) - begin - shares[end] * way;
+        result.whole = std::max(result.whole, longest_row(off));
+        if (!moved.is_obstacle() && !moved.proof())
+            result.own = std::max(result.own, longest_row(about_mean(off)));
     }
     return {result.whole + error, result.own + error};
+}
+
+/// By how much less far apart two features may stay than in the reference. In a later part of it, they begin
+/// at most as much nearer as they approach each other less. Deviations of both, at the begin and in the ways
+/// from there, come on top.
+double NearFeatureSearch::nearer(const FeaturePair& pair) const {
+    const Deviation &a = deviations_[pair.surface_a], &b = deviations_[pair.surface_b];
+    return pair.surface_a == pair.surface_b ? 6 * a.own : 3 * (a.whole + b.whole);
 }
 
 /// Whether all that may come near in this motion is among the candidates.
 bool NearFeatureSearch::reference_holds(const std::vector<MovingSurface>& surfaces, double reach) {
     if (references_.empty() || reach != asked_reach_) return false;
+    for (const MovingSurface& s : surfaces)
+        if (!s.begin_points().allFinite() || !s.end_points().allFinite()) return false;
+    const std::array<double, 2> near = shares(surfaces);
     deviations_.clear();
     double most = 0, second = 0;  // of two surfaces
     for (std::size_t s = 0; s < surfaces.size(); ++s) {
-        if (!surfaces[s].begin_points().allFinite() || !surfaces[s].end_points().allFinite()) return false;
-        deviations_.push_back(deviation(s, surfaces[s]));
-        if (2 * deviations_[s].own > room_) return false;
+        deviations_.push_back(deviation(s, surfaces[s], near));
+        if (6 * deviations_[s].own > room_) return false;
         if (deviations_[s].whole > most)
             second = std::exchange(most, deviations_[s].whole);
         else
             second = std::max(second, deviations_[s].whole);
     }
-    return most + second <= room_;
+    return 3 * (most + second) <= room_;
 }
 
 std::span<const NearFeatures> NearFeatureSearch::find(std::vector<MovingSurface>& surfaces, double reach) {
@@ -146,27 +185,24 @@ void NearFeatureSearch::ask_trees(std::vector<MovingSurface>& surfaces, double r
     found_.clear();
     references_.clear();
     deviations_.assign(surfaces.size(), {});
-    for (const MovingSurface& s : surfaces) {
-        Reference reference;
-        reference.low = s.begin_points().cwiseMin(s.end_points());
-        reference.high = s.begin_points().cwiseMax(s.end_points());
-        if (!s.is_obstacle()) {
-            const Nodes begin = about_mean(s.begin_points()), end = about_mean(s.end_points());
-            reference.own_low = begin.cwiseMin(end);
-            reference.own_high = begin.cwiseMax(end);
-        }
-        references_.push_back(std::move(reference));
-    }
+    for (const MovingSurface& s : surfaces)
+        references_.push_back({s.begin_points(), s.end_points() - s.begin_points()});
     candidates_.clear();
     const auto add = [&](int a, int b, const auto& query) {
         const std::span<const FacePair> pairs = timed(costs_.collision_us, query);
         costs_.face_pairs += std::ssize(pairs);
-        collect(surfaces, a, b, pairs,
+        const QueryCounters& counted = a == b ? self_query_.counters() : pair_query_.counters();
+        costs_.nodes_bounded += counted.nodes_bounded;
+        costs_.nodes_out_of_range += counted.nodes_out_of_range;
+        collect(surfaces, a, b, pairs, reach + room_,
                 [&](const MovingFaces& moving, FeatureKind kind, const PlacesInFaces& places) {
                     const double apart = moving.apart(kind, places);
                     if (apart > reach + room_) return Near{};
-                    const Near near{.reach = moving.reach_of(kind, places, reach), .apart = apart};
-                    return apart <= near.reach + room_ ? near : Near{};
+                    const double least = moving.least_distance(kind, places);
+                    if (least > reach + room_) return Near{};
+                    const Near near{.reach = moving.reach_of(kind, places, reach),
+                                    .apart = std::max(apart, least)};
+                    return near.apart <= near.reach + room_ ? near : Near{};
                 });
     };
     const int count = surfaces.size();
@@ -186,15 +222,16 @@ void NearFeatureSearch::ask_trees(std::vector<MovingSurface>& surfaces, double r
 }
 
 /// Appends to the candidates the features of pairs of faces for which measure(moving, kind, places) gives a
-/// reach.
+/// reach; none of faces that stay farther apart than `distance`.
 template <class Measure>
 void NearFeatureSearch::collect(const std::vector<MovingSurface>& surfaces, int a, int b,
-                                std::span<const FacePair> faces, const Measure& measure) {
+                                std::span<const FacePair> faces, double distance, const Measure& measure) {
     const NumberedSurface s = surfaces[a].numbered(a), t = surfaces[b].numbered(b);
     near_bits_.assign(faces.size(), 0);  // in the order of for_each_owned_pair()
     parallel_for(faces.size(), [&](int i) {
         if (a == b && surfaces[a].proof() && surfaces[a].proof()->hang_on_one_host(faces[i])) return;
         const MovingFaces moving(surfaces[a], surfaces[b], faces[i]);
+        if (moving.are_beyond(distance)) return;
         int bit = 0;
         for_each_owned_pair(s, t, faces[i], [&](const FeaturePair& pair, const PlacesInFaces& places) {
             if (measure(moving, pair.kind, places).reach > 0) near_bits_[i] |= 1u << bit;
@@ -216,15 +253,12 @@ void NearFeatureSearch::collect(const std::vector<MovingSurface>& surfaces, int 
 void NearFeatureSearch::keep_near(const std::vector<MovingSurface>& surfaces, double reach) {
     found_.clear();
     for (const Candidate& candidate : candidates_) {
-        const FeaturePair& pair = candidate.near.pair;
-        const double nearer = pair.surface_a == pair.surface_b
-                                  ? 2 * deviations_[pair.surface_a].own
-                                  : deviations_[pair.surface_a].whole + deviations_[pair.surface_b].whole;
-        if (candidate.apart - nearer <= candidate.near.reach) found_.push_back(candidate.near);
+        if (candidate.apart - nearer(candidate.near.pair) <= candidate.near.reach)
+            found_.push_back(candidate.near);
     }
     keeps_.assign(found_.size(), 0);
     parallel_for(found_.size(),
-                 [&](int i) { keeps_[i] = boxes_apart(found_[i].pair, surfaces) <= found_[i].reach; });
+                 [&](int i) { keeps_[i] = may_come_within(found_[i].reach, found_[i].pair, surfaces); });
     kept_.clear();
     for (std::size_t i = 0; i < found_.size(); ++i)
         if (keeps_[i]) kept_.push_back(found_[i]);
@@ -240,10 +274,11 @@ void NearFeatureSearch::keep_near_unproved(std::vector<MovingSurface>& surfaces,
         return self_query_.boxes_within(s.own_tree(), distance, proof.known_leaves(), proof.open_leaves());
     });
     costs_.face_pairs += std::ssize(pairs);
+    costs_.nodes_bounded += self_query_.counters().nodes_bounded;
     faces_.assign(pairs.begin(), pairs.end());
     faces_.insert(faces_.end(), proof.open_faces().begin(), proof.open_faces().end());
     const std::size_t others = candidates_.size();
-    collect(surfaces, surface, surface, faces_,
+    collect(surfaces, surface, surface, faces_, reach,
             [&](const MovingFaces& moving, FeatureKind kind, const PlacesInFaces& places) {
                 const double apart = moving.apart(kind, places);
                 if (apart > reach) return Near{};

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -16,8 +17,8 @@ namespace nbd {
 /// Finds the features that may come near: between surfaces, and within each surface of a body. Obstacles are
 /// not compared with each other, nor with themselves.
 ///
-/// The trees are asked for somewhat more than is near, so that a motion close to the one they were asked for
-/// takes a look at their answer alone. What is found does not depend on that. A surface with a HostProof is
+/// The trees are asked for somewhat more than is near, so that a motion close to the one they were asked for,
+/// or to a later part of it, takes a look at their answer alone. A surface with a HostProof is
 /// asked for its own pairs each time: only of the leaves for which the proof fails.
 class NearFeatureSearch {
  public:
@@ -25,30 +26,35 @@ class NearFeatureSearch {
     /// near, see IntersectionSearch::about_those_at_rest(); must stay valid.
     void begin(const std::vector<MovingSurface>& surfaces, std::span<const Intersection> touching);
 
-    /// All pairs whose boxes over the whole motion come within their reach, sorted; among them all whose
-    /// distance does. surfaces: those of begin(), moved. reach: metres. Valid until the next call.
+    /// Has the trees asked anew by the next find(). What is found depends on that only where bounds can miss.
+    void forget() { references_.clear(); }
+
+    /// All pairs that may_come_within() their reach, sorted; among them all whose distance does. surfaces:
+    /// those of begin(), moved. reach: metres. Valid until the next call.
     std::span<const NearFeatures> find(std::vector<MovingSurface>& surfaces, double reach);
 
     /// Pairs of faces looked at by the last find(), and the time of its queries.
     const StepReport& costs() const noexcept { return costs_; }
 
  private:
-    /// A pair that the trees found, and by how much its boxes were apart over the motion asked for.
+    /// A pair that the trees found, and how far apart it stayed at least over the motion asked for.
     struct Candidate {
         NearFeatures near;
         double apart = 0;
     };
-    /// The motion of a surface that the trees were asked for.
+    /// The motion of the points of a surface, [points, 3], that the trees were asked for.
     struct Reference {
-        Nodes low, high;          // corners of the box of each of its points over it, [points, 3]
-        Nodes own_low, own_high;  // likewise, of positions about their mean
+        Nodes begin, way;
     };
-    /// By how much a surface may leave its reference: as it moves, and about its mean.
+    /// By how much points of a surface leave that motion: as they move, and about their mean.
     struct Deviation {
         double whole = 0, own = 0;
     };
 
-    Deviation deviation(std::size_t surface, const MovingSurface& moved) const;
+    std::array<double, 2> shares(const std::vector<MovingSurface>& surfaces) const;
+    Deviation deviation(std::size_t surface, const MovingSurface& moved,
+                        const std::array<double, 2>& shares) const;
+    double nearer(const FeaturePair& pair) const;
     bool reference_holds(const std::vector<MovingSurface>& surfaces, double reach);
     class MovingFaces;
     /// Of two features; without a reach they are not near.
@@ -57,7 +63,7 @@ class NearFeatureSearch {
     };
     template <class Measure>
     void collect(const std::vector<MovingSurface>& surfaces, int a, int b, std::span<const FacePair> faces,
-                 const Measure& measure);
+                 double distance, const Measure& measure);
     void ask_trees(std::vector<MovingSurface>& surfaces, double reach);
     void keep_near(const std::vector<MovingSurface>& surfaces, double reach);
     void keep_near_unproved(std::vector<MovingSurface>& surfaces, int surface, double reach);

@@ -56,9 +56,9 @@ void Barrier::find_near_smooth() {
             const ContactShape& shape = surface.shape();
             const int patches = shape.patches.count(), width = ContactPatches::width;
             for (int block = 0; block * width < patches; ++block) {
-                if (!may_come_near(surface, shape.block_nodes[block], wall)) continue;
+                if (!may_come_near(surface, shape.patches.of_block[block], wall)) continue;
                 for (int patch = block * width; patch < std::min((block + 1) * width, patches); ++patch)
-                    if (may_come_near(surface, shape.patch_nodes[patch], wall))
+                    if (may_come_near(surface, shape.patches.nodes[patch], wall))
                         for (const int v : shape.patches.vertices[patch]) look_at(v);
             }
         }

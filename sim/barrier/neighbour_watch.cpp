@@ -46,7 +46,7 @@ void NeighbourWatch::find(const std::vector<MovingSurface>& surfaces, double rea
     keeps_.assign(looked_at_.size(), 0);
     parallel_for(looked_at_.size(), [&](int k) {
         const NearFeatures& pair = pairs_[looked_at_[k]];
-        keeps_[k] = boxes_apart(pair.pair, surfaces) <= std::min(pair.reach, reach);
+        keeps_[k] = may_come_within(std::min(pair.reach, reach), pair.pair, surfaces);
     });
     for (std::size_t k = 0; k < looked_at_.size(); ++k) {
         if (!keeps_[k]) continue;

@@ -23,18 +23,15 @@ struct Contact {
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // unit
     // Velocity of the obstacle, m/s, less that by which the points move before the unknowns of a BDF2 step.
     Eigen::Vector3d wall_velocity = Eigen::Vector3d::Zero();
-    double gap = 0;        // metres at the start of the step, negative if they overlap; see StartDepths
-    double area = 0;       // surface area represented by this contact, m2
-    double stiffness = 0;  // N/m
-    BarrierLaw barrier{};  // in place of the stiffness, in steps without intersections; reach 0: none
-    double friction = 0;   // Coulomb's coefficient
-    int obstacle = -1;     // its number, where b is a point of one
+    double gap = 0;  // metres at the start of the step, as a motion straight to where they were seen had it
+    BarrierLaw barrier{};
+    double friction = 0;  // Coulomb's coefficient
+    int obstacle = -1;    // its number, where b is a point of one
     // How far friction has drawn a from b along the surfaces before the step, and how far it draws at most,
     // metres; see FrictionMemory.
     Eigen::Vector3d stretch = Eigen::Vector3d::Zero();
     double slip_length = 0;
 
-    bool has_barrier() const noexcept { return barrier.reach > 0; }
     /// The part of a vector along the surfaces.
     Eigen::Vector3d along(const Eigen::Vector3d& u) const { return u - normal.dot(u) * normal; }
     /// What friction resists to in a step of dt seconds, m/s: the stretch at its end over dt. u: velocity of
@@ -44,35 +41,12 @@ struct Contact {
     double full_slip(double dt) const noexcept { return slip_length / dt; }
 };
 
-/// Maximum distance and maximum depth at which two features make a contact. Both grow by how far the features
-/// move relative to each other in the step, `approach` at most. Metres, >= 0.
-struct ContactReach {
-    double apart = 0, inside = 0, approach = 0;
-    double least() const noexcept { return apart > inside ? apart : inside; }  // without an approach
-    double most() const noexcept { return least() + approach; }
-};
-
-/// Which features of surfaces are measured.
-enum class ContactDetail {
-    all,
-    enough,  // samples of the vertices of detailed surfaces, and no edges short beside the contact distance
-};
-
 /// Settings of the contact response. The defaults suit soft solids of any size.
 struct ContactConfig {
     double stiffness_scale = 1;  // stiffness of a layer of `thickness`, relative to the body
     double friction = 0.5;       // Coulomb's coefficient between bodies; obstacles have their own
-    // Distance at which contact begins, metres; 0: 1 % of the smallest body's diagonal, 0.1 % with
-    // intersection_free.
-    double thickness = 0;
-    double damping = 2e-3;  // damping coefficient over stiffness, seconds
-    // Contacts kept of those that the same two nodes carry, see ContactReduction; 0: all, with all vertices
-    // and edges, see ContactDetail.
-    int contacts_per_node_pair = 4;
-    bool self_contact = false;  // bodies meet themselves, see SelfContactFinder
-    // Steps by a barrier, which end without intersecting faces; includes self_contact.
-    bool intersection_free = false;
-    int iterations = 16;  // maximum number of solves per step to settle which contacts press and slip
+    double thickness =
+        0;  // distance at which contact begins, metres; 0: 0.1 % of the smallest body's diagonal
     // Residual of every body, contacts included, at which they count as settled, relative to its impulses in
     // the step, see ContactSolver::scales().
     double tolerance = 1e-4;

@@ -17,24 +17,14 @@ void check_contact_config(const ContactConfig& config) {
     check("stiffness_scale", config.stiffness_scale, config.stiffness_scale > 0, "> 0");
     check("friction", config.friction, config.friction >= 0, ">= 0");
     check("thickness", config.thickness, config.thickness >= 0, ">= 0");
-    check("damping", config.damping, config.damping >= 0, ">= 0");
-    check("contacts_per_node_pair", config.contacts_per_node_pair, config.contacts_per_node_pair >= 0,
-          ">= 0");
-    check("iterations", config.iterations, config.iterations >= 1, ">= 1");
+    check("tolerance", config.tolerance, config.tolerance > 0, "> 0");
 }
 
-ContactImpulse contact_impulse(const Contact& contact, const ContactConfig& config, double thickness,
-                               double dt, const Eigen::Vector3d& u) noexcept {
+ContactImpulse contact_impulse(const Contact& contact, double dt, const Eigen::Vector3d& u) noexcept {
     const double parting = contact.normal.dot(u);
-    if (contact.has_barrier()) {
-        const BarrierLaw::Terms at = contact.barrier.at(contact.gap + dt * parting);
-        const double slope = dt * dt * at.curvature, normal = -dt * at.slope;
-        return {.spring = normal + slope * parting, .slope = slope, .normal = normal};
-    }
-    ContactImpulse impulse{.spring = dt * contact.stiffness * (thickness - contact.gap),
-                           .slope = dt * contact.stiffness * (dt + config.damping)};
-    impulse.normal = std::max(impulse.spring - impulse.slope * parting, 0.0);
-    return impulse;
+    const BarrierLaw::Terms at = contact.barrier.at(contact.gap + dt * parting);
+    const double slope = dt * dt * at.curvature, normal = -dt * at.slope;
+    return {.push = normal + slope * parting, .slope = slope, .normal = normal};
 }
 
 double friction_potential(const Contact& contact, double dt, double normal,

@@ -6,29 +6,28 @@
 namespace nbd {
 namespace {
 
+constexpr double friction_share = 5e-4;    // of mu times the normal impulse, by which friction may be off
 constexpr double most_change_of_slip = 3;  // from one pass to the next
 /// Height over the floor at which a barrier is linearised at first, over that at which it becomes linear.
 constexpr double first_height = 2.5;
 
 }  // namespace
 
-/// What a contact does at the velocities before the step may be many times what it does in the step: at an
-/// impact, a damper presses as much, and a barrier may lie behind the points.
+/// At the velocities before the step, the points of a contact may be behind its barrier: it is linearised
+/// above.
 void ContactSolver::set_first_operator(std::size_t contact, const Eigen::VectorXd& v) {
     const Contact& c = contacts_[contact];
     Eigen::Vector3d u = relative_velocity(contact, v);
-    if (c.has_barrier()) {
-        const double least = c.barrier.floor + first_height * (c.barrier.linear_below - c.barrier.floor);
-        u += std::max(least - (c.gap + dt_ * c.normal.dot(u)), 0.0) / dt_ * c.normal;
-    }
-    const ContactImpulse impulse = contact_impulse(c, *config_, thickness_, dt_, u);
+    const double least = c.barrier.floor + first_height * (c.barrier.linear_below - c.barrier.floor);
+    u += std::max(least - (c.gap + dt_ * c.normal.dot(u)), 0.0) / dt_ * c.normal;
+    const ContactImpulse impulse = contact_impulse(c, dt_, u);
     if (!impulse.active()) {
         operators_[contact].A.setZero();
         push_[contact].setZero();
         return;
     }
-    const double normal = c.has_barrier() ? impulse.normal : std::clamp(impulse.spring, 0.0, impulse.normal);
-    set_operator(contact, impulse, c.friction * normal / std::max(c.slip(u, dt_).norm(), c.full_slip(dt_)));
+    set_operator(contact, impulse,
+                 c.friction * impulse.normal / std::max(c.slip(u, dt_).norm(), c.full_slip(dt_)));
 }
 
 void ContactSolver::linearise(const Eigen::VectorXd& v) {
@@ -89,14 +88,14 @@ std::vector<bool> ContactSolver::wrong_pairs(const std::vector<Rub>& rubs) const
     for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {
         const double off = each_contact_ ? each_off_of[pair] : off_of[pair].norm();
         wrong[pair] = std::ranges::any_of(
-            pairs_[pair], [&](int body) { return body >= 0 && off > friction_share_ * most_of[body]; });
+            pairs_[pair], [&](int body) { return body >= 0 && off > friction_share * most_of[body]; });
     }
     return wrong;
 }
 
-/// solved: operators are of a solve that found v or led to it. Springs that pressed in it keep theirs, and
-/// barriers get their tangent at v; those with a wrong drag get a new one if `renews` and the friction
-/// between their bodies is wrong. One that lets go for the second time presses without friction from then on,
+/// solved: operators are of a solve that found v or led to it. Contacts get the tangent of their barrier at
+/// v; those that pressed in the solve keep their drag, unless `renews` and it and the friction between their
+/// bodies are wrong. One that lets go for the second time presses without friction from then on,
 /// because its drag may be what pulls it away: it would let go and press in turn.
 void ContactSolver::linearise(const Eigen::VectorXd& v, bool solved, bool renews) {
     const std::vector<Rub> rubs = rubs_at(v, solved);
@@ -113,8 +112,8 @@ void ContactSolver::linearise(const Eigen::VectorXd& v, bool solved, bool renews
         const double slip = rub.slip.norm();
         drags_[c].slip = slip;
         if (pressed &&
-            (!renews || !wrong[pair_of_[c]] || friction_off(c, rub).norm() <= friction_share_ * rub.most)) {
-            if (contacts_[c].has_barrier()) set_operator(c, rub.impulse, drags_[c].drag);
+            (!renews || !wrong[pair_of_[c]] || friction_off(c, rub).norm() <= friction_share * rub.most)) {
+            set_operator(c, rub.impulse, drags_[c].drag);
             continue;
         }
         const double drag = next_drag(c, rub.most, slip);
@@ -129,7 +128,7 @@ void ContactSolver::set_operator(std::size_t contact, const ContactImpulse& impu
     Eigen::Matrix3d& A = operators_[contact].A;
     A = impulse.slope * normal_part + drag * (Eigen::Matrix3d::Identity() - normal_part);
     push_[contact] =
-        impulse.spring * n + A * contacts_[contact].wall_velocity - drag / dt_ * contacts_[contact].stretch;
+        impulse.push * n + A * contacts_[contact].wall_velocity - drag / dt_ * contacts_[contact].stretch;
     drags_[contact].drag = drag;
 }
 

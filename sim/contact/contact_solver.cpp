@@ -10,23 +10,18 @@ namespace {
 constexpr double first_share = 0.1;  // share of the step's impulses left by the first pass
 constexpr double pass_share = 0.01;  // share of the residual left by a pass before contacts are updated
 constexpr int friction_passes = 8;   // after so many accurate ones, drags stay
-constexpr int settling_passes = 4;   // drags stay in the last ones, a quarter of all at most
+constexpr int settling_passes = 4;   // drags stay in the last ones
 constexpr double passed_by = 0.1;    // slope of the potential at the end of a pass, of that at its beginning
-/// Of mu times the normal impulse, by which friction may be off: with springs, and with barriers.
-constexpr double friction_share = 0.008, barrier_friction_share = 5e-4;
-/// A barrier is far from its tangent at first. It takes as many passes as that needs, within reason.
-constexpr int barrier_passes = 100;
 
 }  // namespace
 
-void ContactSolver::begin(std::span<const Contact> contacts, std::span<const ContactSurface* const> surfaces,
-                          std::span<const int> first_unknown, const ContactConfig& config, double thickness,
-                          double dt, const Eigen::VectorXd& v, bool each_contact) {
-    surfaces_ = surfaces;
+void ContactSolver::begin(std::span<const Contact> contacts, std::span<const ContactShape* const> shapes,
+                          std::span<const int> first_unknown, double tolerance, double dt,
+                          const Eigen::VectorXd& v, bool each_contact) {
+    shapes_ = shapes;
     first_unknown_ = first_unknown;
-    config_ = &config;
+    settled_share_ = tolerance;
     each_contact_ = each_contact;
-    thickness_ = thickness;
     dt_ = dt;
     start_ = v;
     step_impulses_.clear();
@@ -35,13 +30,10 @@ void ContactSolver::begin(std::span<const Contact> contacts, std::span<const Con
 
 void ContactSolver::set_contacts(std::span<const Contact> contacts, const Eigen::VectorXd& v) {
     contacts_ = contacts;
-    const bool has_barriers = std::ranges::any_of(contacts_, &Contact::has_barrier);
-    friction_share_ = has_barriers ? barrier_friction_share : friction_share;
-    most_passes_ = has_barriers ? std::max(config_->iterations, barrier_passes) : config_->iterations;
     terms_.clear();
     operators_.clear();
     for (std::size_t c = 0; c < contacts_.size(); ++c) {
-        terms_.add(contacts_[c], surfaces_, first_unknown_);
+        terms_.add(contacts_[c], shapes_, first_unknown_);
         operators_.push_back(terms_.coupling(c, Eigen::Matrix3d::Zero()));
     }
     number_pairs();
@@ -79,16 +71,7 @@ std::vector<RubbedContact> ContactSolver::rubbed(const Eigen::VectorXd& v) const
 }
 
 ContactImpulse ContactSolver::impulse(std::size_t contact, const Eigen::VectorXd& v) const {
-    return contact_impulse(contacts_[contact], *config_, thickness_, dt_, relative_velocity(contact, v));
-}
-
-double ContactSolver::spring_potential(const Eigen::VectorXd& v) const {
-    double sum = 0;
-    for (std::size_t c = 0; c < contacts_.size(); ++c) {
-        const ContactImpulse at = impulse(c, v);
-        if (at.active()) sum += at.normal * at.normal / (2 * at.slope);
-    }
-    return sum;
+    return contact_impulse(contacts_[contact], dt_, relative_velocity(contact, v));
 }
 
 double ContactSolver::friction_potential(const Eigen::VectorXd& v, const Eigen::VectorXd& friction_at) const {
@@ -134,7 +117,7 @@ void ContactSolver::set_rhs(std::span<const StepSystem> systems) {
     for (std::size_t c = 0; c < operators_.size(); ++c) terms_.add_impulse(c, push_[c], false, rhs_);
 }
 
-/// Takes the sizes of impulses in the step, but for contacts. What stiff springs and dampers would do at the
+/// Takes the sizes of impulses in the step, but for contacts. What barriers would do at the
 /// velocities before the step is no measure: it can be many times what they do. v: the guess of the
 /// velocities after it.
 void ContactSolver::measure_step(std::span<const StepSystem> systems, const Eigen::VectorXd& v) {
@@ -195,7 +178,7 @@ ContactSolveReport ContactSolver::solve(std::span<const StepSystem> systems, Eig
     int renewed = 0;          // accurate passes after which drags were set anew
     bool went_back = false;   // whether v is not where the last pass led
     Eigen::VectorXd begin;
-    for (; report.passes < most_passes_; ++report.passes) {
+    for (; report.passes < most_passes; ++report.passes) {
         begin = v;
         const LinearSolveReport solved = is_measured ? linear_.solve(system, rhs_, goals, v)
                                                      : linear_.solve_roughly(system, rhs_, change_, goals, v);
@@ -207,13 +190,12 @@ ContactSolveReport ContactSolver::solve(std::span<const StepSystem> systems, Eig
             worst_share(linear_.norms().of(linear_.residual()), yielding_scales_) <= pass_share;
         change_.setZero(v.size());
         // After the last pass nothing would balance what lies between.
-        went_back = report.passes > 0 && report.passes + 1 < most_passes_ && go_back(begin, v);
+        went_back = report.passes > 0 && report.passes + 1 < most_passes && go_back(begin, v);
         measure_contacts(systems, v);
         solved_by_ = operators_;
         solved_push_ = push_;
         change_ -= impulses(v, false);
-        const bool renews = renewed < friction_passes &&
-                            report.passes < most_passes_ - std::min(settling_passes, most_passes_ / 4);
+        const bool renews = renewed < friction_passes && report.passes < most_passes - settling_passes;
         renewed += renews && is_accurate && !went_back;
         linearise(v, true, renews);
         change_ += impulses(v, false);
@@ -254,7 +236,7 @@ bool ContactSolver::go_back(const Eigen::VectorXd& begin, Eigen::VectorXd& v) {
     std::vector<Flip> flips;
     const auto lacks = [&](const Flip& flip, double share) {  // N s, of the operator
         const Eigen::Vector3d u = flip.u + share * flip.way;
-        return contact_impulse(contacts_[flip.contact], *config_, thickness_, dt_, u).normal -
+        return contact_impulse(contacts_[flip.contact], dt_, u).normal -
                (flip.operator_begin + share * flip.operator_change);
     };
     for (std::size_t c = 0; c < contacts_.size(); ++c) {
@@ -290,7 +272,7 @@ bool ContactSolver::set_goals(std::vector<double>& goals) const {
     const std::vector<double> left = linear_.norms().of(left_);
     bool is_settled = true;
     for (std::size_t b = 0; b < left.size(); ++b) {
-        const double most = std::max(config_->tolerance * yielding_scales_[b], 2 * linear_.rounding()[b]);
+        const double most = std::max(settled_share_ * yielding_scales_[b], 2 * linear_.rounding()[b]);
         is_settled = is_settled && left[b] <= most;
         goals[b] = std::max(tolerance_ * yielding_scales_[b], pass_share * left[b]);
     }

@@ -13,7 +13,7 @@
 #include "sim/contact/contact_terms.hpp"
 #include "sim/contact/friction_memory.hpp"
 #include "sim/fem/step_system.hpp"
-#include "sim/patches/contact_surface.hpp"
+#include "sim/patches/contact_shape.hpp"
 #include "sim/solvers/coupled_solver.hpp"
 
 namespace nbd {
@@ -36,25 +36,27 @@ struct ContactSolveReport {
 /// slip, and how hard barriers press, until the residual with the updated contacts is small enough. Each
 /// solve is only as accurate as needed, and taken as far only as it lowers the potential of what presses.
 /// Friction is a drag, which is constant in a solve and then set anew, after eight accurate passes at most,
-/// where the friction between two bodies does not fit their normal forces to a hundredth, or a two-thousandth
-/// with barriers. Residuals are judged body by body, see scales(): how fast a body moves as a whole, or how
-/// heavy and fast others are, does not matter. A contact that lets go for the second time presses without
-/// friction from then on.
+/// where the friction between two bodies does not fit their normal forces to a two-thousandth. Residuals are
+/// judged body by body, see scales(): how fast a body moves as a whole, or how heavy and fast others are,
+/// does not matter. A contact that lets go for the second time presses without friction from then on.
 class ContactSolver {
  public:
+    /// Of solve(). A barrier is far from its tangent at first.
+    static constexpr int most_passes = 100;
+
     explicit ContactSolver(const LinearSolveConfig& config,
                            std::shared_ptr<RestHierarchies> hierarchies = nullptr)
         : tolerance_(config.tolerance), linear_(config, std::move(hierarchies)) {}
 
     /// Sets the contacts of a step; the velocities before it, v (stacked, prescribed ones in place), give the
     /// first guess of how they press and slip.
-    /// surfaces: one per body. first_unknown: start of each body's velocities in the stacked vector, then its
-    /// length. thickness: metres; dt: seconds. each_contact: whether friction must be right at each contact
-    /// rather than between each two bodies, as Newton's iteration needs it, whose residual has all of them.
-    /// All arguments must outlive solve().
-    void begin(std::span<const Contact> contacts, std::span<const ContactSurface* const> surfaces,
-               std::span<const int> first_unknown, const ContactConfig& config, double thickness, double dt,
-               const Eigen::VectorXd& v, bool each_contact);
+    /// shapes: one per body. first_unknown: start of each body's velocities in the stacked vector, then its
+    /// length. tolerance: see ContactConfig. dt: seconds. each_contact: whether friction must be right at
+    /// each contact rather than between each two bodies, as Newton's iteration needs it, whose residual has
+    /// all of them. All arguments must outlive solve().
+    void begin(std::span<const Contact> contacts, std::span<const ContactShape* const> shapes,
+               std::span<const int> first_unknown, double tolerance, double dt, const Eigen::VectorXd& v,
+               bool each_contact);
     /// Other contacts for the same step, as seen from its iterate v.
     void set_contacts(std::span<const Contact> contacts, const Eigen::VectorXd& v);
 
@@ -95,9 +97,8 @@ class ContactSolver {
     /// The contacts that press, at velocities v at the end of the step. They refer to those of begin().
     std::vector<RubbedContact> rubbed(const Eigen::VectorXd& v) const;
 
-    /// Potential of contacts without a barrier at velocities v, joules, without friction.
-    double spring_potential(const Eigen::VectorXd& v) const;
-    /// That of friction, for the normal impulses that contacts have at `friction_at`.
+    /// Potential of friction at velocities v, joules, for the normal impulses that contacts have at
+    /// `friction_at`.
     double friction_potential(const Eigen::VectorXd& v, const Eigen::VectorXd& friction_at) const;
 
     /// Normal impulses of the contacts on the nodes over the step at v, not linearised. Newton seconds,
@@ -133,12 +134,9 @@ class ContactSolver {
     bool presses(std::size_t contact) const { return !operators_[contact].A.isZero(0); }
 
     std::span<const Contact> contacts_;
-    std::span<const ContactSurface* const> surfaces_;
+    std::span<const ContactShape* const> shapes_;
     std::span<const int> first_unknown_;
-    const ContactConfig* config_ = nullptr;
-    double thickness_ = 0, dt_ = 0;
-    double friction_share_ = 0;  // by which friction may be off
-    int most_passes_ = 0;
+    double settled_share_ = 0, dt_ = 0;
     bool each_contact_ = false;
     std::vector<std::array<int, 2>> pairs_;  // bodies of contacts, the larger first; -1: the obstacles
     std::vector<std::size_t> pair_of_;       // [contacts]

@@ -10,20 +10,20 @@ void ContactTerms::clear() {
     begin_.assign(1, 0);
 }
 
-void ContactTerms::add(const Contact& contact, std::span<const ContactSurface* const> surfaces,
+void ContactTerms::add(const Contact& contact, std::span<const ContactShape* const> shapes,
                        std::span<const int> first_unknown) {
-    add_point(contact.a, 1, surfaces, first_unknown);
-    add_point(contact.b, -1, surfaces, first_unknown);
+    add_point(contact.a, 1, shapes, first_unknown);
+    add_point(contact.b, -1, shapes, first_unknown);
     begin_.push_back(terms_.size());
 }
 
 void ContactTerms::add_point(const SurfacePoint& point, double sign,
-                             std::span<const ContactSurface* const> surfaces,
+                             std::span<const ContactShape* const> shapes,
                              std::span<const int> first_unknown) {
     const std::ptrdiff_t begin = begin_.back();
     for (int k = 0; k < point.count; ++k) {
         const std::size_t body = point.body;
-        for (Embedding::InnerIterator entry(surfaces[body]->W(), point.vertices[k]); entry; ++entry) {
+        for (Embedding::InnerIterator entry(shapes[body]->W, point.vertices[k]); entry; ++entry) {
             const double weight = sign * point.weights[k] * entry.value();
             const int node = entry.col();
             if (weight == 0) continue;

@@ -7,7 +7,7 @@
 #include "sim/contact/contact.hpp"
 #include "sim/fem/momentum.hpp"
 #include "sim/fem/step_system.hpp"
-#include "sim/patches/contact_surface.hpp"
+#include "sim/patches/contact_shape.hpp"
 
 namespace nbd {
 
@@ -23,8 +23,8 @@ class ContactTerms {
  public:
     void clear();
 
-    /// surfaces: one per body. first_unknown: start of each body's velocities in the stacked vector.
-    void add(const Contact& contact, std::span<const ContactSurface* const> surfaces,
+    /// shapes: one per body. first_unknown: start of each body's velocities in the stacked vector.
+    void add(const Contact& contact, std::span<const ContactShape* const> shapes,
              std::span<const int> first_unknown);
 
     /// Notes which nodes have prescribed velocities.
@@ -54,7 +54,7 @@ class ContactTerms {
                       const BodyPositions& at, std::vector<Momentum>& momenta) const;
 
  private:
-    void add_point(const SurfacePoint& point, double sign, std::span<const ContactSurface* const> surfaces,
+    void add_point(const SurfacePoint& point, double sign, std::span<const ContactShape* const> shapes,
                    std::span<const int> first_unknown);
 
     std::vector<CouplingTerm> terms_;

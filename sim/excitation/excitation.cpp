@@ -50,18 +50,13 @@ std::shared_ptr<const CollisionTree> make_tree(const Body& body) {
     return std::make_shared<const CollisionTree>(std::move(tree));
 }
 
-World make_world(const Recipe& recipe, const NaturalScales& scales, const Body& body,
-                 const std::shared_ptr<const ElasticBody>& elastic,
-                 const std::shared_ptr<const CollisionTree>& tree, const ExcitationConfig& excitation,
+World make_world(const Recipe& recipe, const Body& body, const std::shared_ptr<const ElasticBody>& elastic,
+                 const std::shared_ptr<const CollisionTree>& tree,
                  const std::shared_ptr<RestHierarchies>& hierarchies) {
     WorldConfig config;
     config.gravity = recipe.gravity;
-    config.contact.damping = 0.02 * scales.time;
-    config.contact.iterations = 4;  // training poses need variety, not precise friction
-    config.contact.tolerance = 1e-3;
+    config.contact.tolerance = 1e-3;  // training poses need variety, not precise friction
     config.limits.inverted_share = 0.02;
-    config.contact.self_contact = excitation.self_contact;
-    config.contact.intersection_free = excitation.intersection_free;
     config.hierarchies = hierarchies;
     World world(config);
     for (Obstacle& obstacle : recipe_obstacles(recipe)) world.add_obstacle(std::move(obstacle));
@@ -94,8 +89,7 @@ Excitation::Excitation(Body body, const ExcitationConfig& config)
       hierarchies_(std::make_shared<RestHierarchies>()) {}
 
 World Excitation::start(int index) const {
-    return make_world(recipes_.draw(index), recipes_.scales(), *body_, elastic_, tree_, config_,
-                      hierarchies_);
+    return make_world(recipes_.draw(index), *body_, elastic_, tree_, hierarchies_);
 }
 
 TrajectoryResult Excitation::run(int index, const OnFrame& on_frame, int steps_per_frame) const {
@@ -105,7 +99,7 @@ TrajectoryResult Excitation::run(int index, const OnFrame& on_frame, int steps_p
             fmt::format("excitation: {} steps per frame, but must be > 0", steps_per_frame));
     const Recipe recipe = recipes_.draw(index);
     TrajectoryResult result;
-    World world = make_world(recipe, recipes_.scales(), *body_, elastic_, tree_, config_, hierarchies_);
+    World world = make_world(recipe, *body_, elastic_, tree_, hierarchies_);
     for (const StartFault& fault : start_faults(world, {"the body", "the thrown copy"}))
         if (fault.overlaps && result.start_fault.empty()) result.start_fault = fault.text;
     try {

@@ -18,11 +18,9 @@ namespace nbd {
 
 /// Settings of training trajectories.
 struct ExcitationConfig {
-    int frames = 50;                 // frames per trajectory, > 0
-    double frame_interval = 0;       // seconds; 0: a fifth of the time that sound needs to cross the body
-    int steps_per_frame = 2;         // > 0
-    bool self_contact = false;       // the body meets itself, see ContactConfig
-    bool intersection_free = false;  // steps keep all surfaces apart, see ContactConfig
+    int frames = 50;            // frames per trajectory, > 0
+    double frame_interval = 0;  // seconds; 0: a fifth of the time that sound needs to cross the body
+    int steps_per_frame = 2;    // > 0
     RecipeRanges ranges{};
     std::uint64_t seed = 1;
 };

@@ -270,10 +270,12 @@ World build_world(const SceneSpec& given, std::span<const LoadedBody> bodies, st
             throw std::invalid_argument(fmt::format("obstacles[{}]: {}", o, error.what()));
         }
     }
-    if (spec.resolve_start) {
-        std::vector<StartMove> made = world.resolve_start();
-        if (moves) *moves = std::move(made);
-    }
+    std::vector<StartMove> made;
+    if (spec.resolve_start)
+        made = world.resolve_start();
+    else if (moves)
+        made = world.part_touching();
+    if (moves) *moves = std::move(made);
     return world;
 }
 

@@ -242,19 +242,29 @@ StepConfig read_solver(JsonObject from) {
     return step;
 }
 
+/// One line about each key that has lost its meaning.
+void tell_obsolete(JsonObject& from) {
+    constexpr std::pair<const char*, const char*> obsolete[]{
+        {"damping", "what contacts take of an impact follows from the materials"},
+        {"contacts_per_node_pair", "all contacts count"},
+        {"slip_velocity", "what friction holds does not creep"},
+    };
+    for (const auto& [key, why] : obsolete)
+        if (from.has(key)) notice(fmt::format("{}: has no effect any more; {}", from.path(key), why));
+    for (const char* key : {"self_contact", "intersection_free"})
+        if (!from.flag(key, true))
+            notice(
+                fmt::format("{}: has no effect any more; no step ends with faces that intersect, of one "
+                            "body neither",
+                            from.path(key)));
+}
+
 ContactConfig read_contact(JsonObject from, bool& resolve_start) {
     ContactConfig contact;
     contact.stiffness_scale = from.number("stiffness_scale", contact.stiffness_scale, positive);
     contact.friction = from.number("friction", contact.friction, {0, 10, "between 0 and 10"});
     contact.thickness = from.number("thickness", contact.thickness, not_negative);
-    contact.damping = from.number("damping", contact.damping, not_negative);
-    contact.contacts_per_node_pair = from.integer("contacts_per_node_pair", contact.contacts_per_node_pair,
-                                                  {0, 1000, "between 0 and 1000"});
-    if (from.has("slip_velocity"))
-        notice(fmt::format("{}: has no effect any more; what friction holds does not creep",
-                           from.path("slip_velocity")));
-    contact.self_contact = from.flag("self_contact", contact.self_contact);
-    contact.intersection_free = from.flag("intersection_free", contact.intersection_free);
+    tell_obsolete(from);
     resolve_start = from.flag("resolve_start", resolve_start);
     from.finish();
     return contact;

@@ -161,9 +161,10 @@ SceneSpec local_scene(SceneSpec spec, std::span<const LoadedBody> bodies,
 /// Builds the world of a scene. bodies: one per spec.bodies, in that order, as loaded from their files;
 /// materials and placements of the scene are applied here, and bodies that intersect are moved apart if the
 /// scene asks for it. Positions of the world are those of local_scene(), counted from World::origin(). moves:
-/// out, how; may be null. Reads the meshes of obstacles. Throws a one-line std::invalid_argument or
-/// std::runtime_error for inconsistent data: a wrong count, a tree of another surface, learned bounds with a
-/// scale or without a tree, a region without nodes, an unusable mesh.
+/// out, how; not null: bodies that only touch are moved, too, see World::part_touching(). Reads the meshes of
+/// obstacles. Throws a one-line std::invalid_argument or std::runtime_error for inconsistent data: a wrong
+/// count, a tree of another surface, learned bounds with a scale or without a tree, a region without nodes,
+/// an unusable mesh.
 World build_world(const SceneSpec& spec, std::span<const LoadedBody> bodies,
                   std::vector<StartMove>* moves = nullptr);
 

@@ -11,8 +11,6 @@
 #include "meshing/body/body_hints.hpp"
 #include "meshing/surface/counted.hpp"
 #include "meshing/surface/mesh.hpp"
-#include "sim/contact/rest_gaps.hpp"
-#include "sim/contact/self_contact.hpp"
 #include "sim/scene/build_world.hpp"
 #include "sim/world/start_check.hpp"
 
@@ -95,9 +93,7 @@ std::vector<std::string> scene_body_warnings(const SceneSpec& spec, std::span<co
     return lines;
 }
 
-namespace {
-
-std::vector<std::string> touching_warnings(const SceneSpec& spec, World& world) {
+std::vector<std::string> rest_warnings(const SceneSpec& spec, World& world) {
     std::map<int, std::vector<Intersection>> found;
     for (const Intersection& touching : world.touching_at_rest())
         found[touching.surface_a].push_back(touching);  // bodies are the first surfaces
@@ -110,34 +106,6 @@ std::vector<std::string> touching_warnings(const SceneSpec& spec, World& world) 
             labels[body], counted(all.size(), "pair of its faces", "pairs of its faces"), all.front().a,
             all.front().b));
     return lines;
-}
-
-std::vector<std::string> narrow_gap_warnings(const SceneSpec& spec, const World& world) {
-    std::vector<std::string> lines;
-    std::map<const ContactShape*, RestGaps> known;  // bodies that share data are measured once
-    const std::vector<std::string> labels = body_labels(spec);
-    for (int b = 0; b < world.body_count(); ++b) {
-        const ContactShape& shape = *world.surface(b).shape();
-        const auto [entry, is_new] = known.try_emplace(&shape);
-        if (!is_new) continue;
-        const double distance = 2 * self_thickness(shape, world.thickness());
-        entry->second = rest_gaps({embedded(shape.W, world.elastic(b).rest().X), shape.F}, distance);
-        if (entry->second.pairs > 0)
-            lines.push_back(fmt::format(
-                "{}: {} face each other at rest nearer than {:.2g} m, twice the contact "
-                "distance, the nearest {:.2g} m apart; by default they make no contact and may "
-                "pass each other; \"intersection_free\": true prevents that",
-                labels[b], counted(entry->second.pairs, "pair of its faces", "pairs of its faces"), distance,
-                entry->second.least));
-    }
-    return lines;
-}
-
-}  // namespace
-
-std::vector<std::string> rest_warnings(const SceneSpec& spec, World& world) {
-    if (spec.contact.intersection_free) return touching_warnings(spec, world);
-    return spec.contact.self_contact ? narrow_gap_warnings(spec, world) : std::vector<std::string>{};
 }
 
 namespace {
@@ -196,7 +164,10 @@ class SceneCheck {
 
     void add(const std::vector<StartFault>& faults) {
         for (const StartFault& fault : faults)
-            (fault.overlaps ? findings_.problems : findings_.warnings).push_back(fault.text + way_to_part);
+            if (fault.overlaps)
+                findings_.problems.push_back(fault.text + way_to_part);
+            else
+                findings_.warnings.push_back(fault.text + way_of_touching);
     }
 
     void check_obstacle(std::size_t number) {

@@ -30,9 +30,8 @@ std::vector<std::string> body_labels(const SceneSpec& spec);
 /// spec.bodies.
 std::vector<std::string> scene_body_warnings(const SceneSpec& spec, std::span<const LoadedBody> bodies);
 
-/// Lines about bodies whose faces at rest are so near to each other that contact of a body with itself leaves
-/// them out: see SelfContactRest and rest_gaps(), and in steps without intersections
-/// World::touching_at_rest(). world: of the scene, not moved yet.
+/// Lines about bodies whose faces touch at rest, see World::touching_at_rest(). world: of the scene, not
+/// moved yet.
 std::vector<std::string> rest_warnings(const SceneSpec& spec, World& world);
 
 }  // namespace nbd

@@ -1,4 +1,4 @@
-// Approaches that are too fast for a step and that contact detection or the barrier does not see.
+// Approaches to spheres that are too fast for a step, which the barrier does not see.
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
@@ -11,10 +11,6 @@
 
 namespace nbd {
 namespace {
-
-Eigen::AlignedBox3d box_of_points(const Nodes& x) {
-    return {x.colwise().minCoeff().transpose(), x.colwise().maxCoeff().transpose()};
-}
 
 double longest_row(const Nodes& rows) { return rows.rowwise().norm().maxCoeff(); }
 
@@ -38,36 +34,6 @@ Nodes World::foreseen_motion(const Body& body, double dt) const {
     return way;
 }
 
-/// Contact detection looks ahead by the velocities at the start of the step, so it does not see a grip that
-/// jumps, or nodes that are driven far at once. Not empty where such nodes sweep over the box of another
-/// body. Both move relative to the other body's mean motion, so bodies that jump together are not meant.
-World::Rejection World::jump_into_body(double dt) const {
-    const double allowed = 4 * thickness();
-    for (const Body& body : bodies_) {
-        const PrescribedNodes given = prescribed(body, dt);
-        if (!body.tree || given.nodes.empty()) continue;
-        const Nodes x = body.state.x(given.nodes, Eigen::all);
-        const Nodes way = foreseen_motion(body, dt)(given.nodes, Eigen::all);
-        if (longest_row(way - dt * body.state.v(given.nodes, Eigen::all)) <= allowed) continue;
-        for (const Body& other : bodies_) {
-            if (&other == &body || !other.tree) continue;
-            const Nodes other_way = foreseen_motion(other, dt);
-            const Eigen::RowVector3d mean = other_way.colwise().mean();
-            const Nodes relative = way.rowwise() - mean;
-            const double approach = longest_row(relative);
-            const double reach = thickness() + longest_row(other_way.rowwise() - mean);
-            const Eigen::AlignedBox3d swept = box_of_points(x).merged(box_of_points(x + relative));
-            const Eigen::AlignedBox3d there = box_of_points(embedded(other.surface.W(), other.state.x));
-            if (approach <= allowed || swept.squaredExteriorDistance(there) > reach * reach) continue;
-            return {.reason = fmt::format("bodies may approach each other by {:.2g} m in a step, "
-                                          "allowed: {:.2g}",
-                                          approach, allowed),
-                    .trouble = StepTrouble::approach};
-        }
-    }
-    return {};
-}
-
 /// Only vertices meet a sphere, and the iterates of a step are no motion: a vertex may come to lie behind a
 /// sphere whose centre goes beyond it in one step. Before the step, a vertex in the way of the centre is at
 /// least a radius ahead of it. So it is still ahead if the two approach by at most a radius, and no more is
@@ -84,7 +50,7 @@ World::Rejection World::pass_of_ball(double dt) const {
             const Eigen::RowVector3d moves = dt * mean_velocity(obstacles_[o], time_, dt).transpose();
             const Nodes nodes = foreseen->rowwise() - moves;
             if (longest_row(nodes) <= ball->radius) continue;
-            const Nodes x = embedded(body.surface.W(), body.state.x), way = embedded(body.surface.W(), nodes);
+            const Nodes x = embedded(body.shape->W, body.state.x), way = embedded(body.shape->W, nodes);
             double approach = 0;
             for (Eigen::Index v = 0; v < x.rows(); ++v)
                 if (least_distance(x.row(v).transpose() - centre, way.row(v).transpose()) <

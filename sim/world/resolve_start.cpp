@@ -1,6 +1,7 @@
-// Moves bodies apart before the first step without intersections.
+// Moves bodies apart before the first step.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <limits>
 #include <map>
 #include <stdexcept>
@@ -16,6 +17,39 @@ constexpr int max_rounds = 64;
 
 Eigen::Vector3d middle(const Nodes& x) {
     return (x.colwise().minCoeff() + x.colwise().maxCoeff()).transpose() / 2;
+}
+
+Eigen::Vector3d normal(const MovingSurface& surface, int face) {
+    const auto x = [&](int k) { return Eigen::Vector3d(surface.begin(surface.F()(face, k))); };
+    return (x(1) - x(0)).cross(x(2) - x(0)).normalized();
+}
+
+/// The shortest way by which the faces of a that intersect b leave those of b, and `room` metres more: along
+/// the line of the middles, or a normal of one of these faces.
+Eigen::Vector3d way_apart(const MovingSurface& a, const MovingSurface& b,
+                          const std::vector<Intersection>& intersections, double room) {
+    constexpr std::size_t most_faces = 32;  // whose normals are tried
+    const Eigen::Vector3d line = middle(a.begin_points()) - middle(b.begin_points());
+    std::vector<Eigen::Vector3d> directions{line.norm() > 0 ? line.normalized() : Eigen::Vector3d::UnitX()};
+    const std::size_t stride = (intersections.size() + most_faces - 1) / most_faces;
+    for (std::size_t i = 0; i < intersections.size(); i += stride)
+        for (const Eigen::Vector3d& n :
+             {Eigen::Vector3d(-normal(a, intersections[i].a)), normal(b, intersections[i].b)})
+            if (n.allFinite() && n.dot(line) > 0) directions.push_back(n);
+    Eigen::Vector3d shortest = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+    for (const Eigen::Vector3d& along : directions) {
+        // The ends of the faces that intersect: of a the farthest behind, of b the farthest ahead.
+        double least_of_a = std::numeric_limits<double>::infinity();
+        double most_of_b = -std::numeric_limits<double>::infinity();
+        for (const Intersection& i : intersections)
+            for (int k = 0; k < 3; ++k) {
+                least_of_a = std::min(least_of_a, a.begin(a.F()(i.a, k)).dot(along));
+                most_of_b = std::max(most_of_b, b.begin(b.F()(i.b, k)).dot(along));
+            }
+        const double push = std::max(most_of_b - least_of_a, 0.0) + room;
+        if (push < shortest.norm()) shortest = push * along;
+    }
+    return shortest;
 }
 
 }  // namespace
@@ -66,21 +100,9 @@ std::vector<StartMove> World::resolve_start() {
             if (pair.first == pair.second || a.is_obstacle() || b.is_obstacle() ||
                 !(can_move(a.body()) || can_move(b.body())))
                 continue;
-            Eigen::Vector3d along = middle(a.begin_points()) - middle(b.begin_points());
-            along = along.norm() > 0 ? along.normalized() : Eigen::Vector3d::UnitX();
-            // The ends of the faces that intersect: of a the farthest behind, of b the farthest ahead.
-            double least_of_a = std::numeric_limits<double>::infinity();
-            double most_of_b = -std::numeric_limits<double>::infinity();
-            for (const Intersection& i : intersections)
-                for (int k = 0; k < 3; ++k) {
-                    least_of_a = std::min(least_of_a, a.begin(a.F()(i.a, k)).dot(along));
-                    most_of_b = std::max(most_of_b, b.begin(b.F()(i.b, k)).dot(along));
-                }
-            const double push = std::max(most_of_b - least_of_a, 0.0) + room;
-            part(a.body(), b.body(), push * along);
+            part(a.body(), b.body(), way_apart(a, b, intersections, room));
         }
     }
-    forget_contacts();
     if (!found.empty())
         throw std::invalid_argument(
             fmt::format("bodies cannot be moved apart: {}", intersection_text(found, barrier().surfaces())));
@@ -90,10 +112,28 @@ std::vector<StartMove> World::resolve_start() {
     return moves;
 }
 
-/// The nearest points of every two bodies that are nearer than the least distance of steps without
-/// intersections, without intersecting.
+std::vector<StartMove> World::part_touching() {
+    constexpr double slight = 1e-2;  // of a body's diagonal
+    try {
+        check_start();
+        return {};
+    } catch (const std::invalid_argument&) {  // then they are moved
+    }
+    const WorldSnapshot start = snapshot();
+    try {
+        const std::vector<StartMove> moves = resolve_start();
+        if (std::ranges::all_of(moves, [&](const StartMove& move) {
+                return move.by.norm() <= slight * shape(move.body).rest_diagonal;
+            }))
+            return moves;
+    } catch (const std::invalid_argument&) {  // check_start() says why
+    }
+    reset(start);
+    return {};
+}
+
+/// The nearest points of every two bodies that are too near to start, without intersecting.
 std::vector<Contact> World::too_near() {
-    if (!config_.contact.intersection_free) return {};
     std::map<std::pair<int, int>, Contact> nearest;
     barrier().move(nodes_now(), nodes_now(), 0);
     for (const Contact& contact : barrier().contacts(0)) {
@@ -107,12 +147,12 @@ std::vector<Contact> World::too_near() {
     return contacts;
 }
 
-/// The way by which a body leaves an obstacle, to `room` metres from it; zero if no vertex is in it, nor
-/// nearer than the least distance of steps without intersections.
+/// The way by which a body leaves an obstacle, to `room` metres from it; zero if no vertex is in it, nor too
+/// near to start.
 Eigen::Vector3d World::way_out(const Body& body, const Obstacle& obstacle, double room) {
-    const double least = config_.contact.intersection_free ? 2 * barrier().floor() : 0;
+    const double least = 2 * barrier().floor();
     SurfaceDistance deepest{std::numeric_limits<double>::infinity(), Eigen::Vector3d::Zero()};
-    const Nodes x = embedded(body.surface.W(), body.state.x);
+    const Nodes x = embedded(body.shape->W, body.state.x);
     for (Eigen::Index v = 0; v < x.rows(); ++v)
         if (const auto at = signed_distance(obstacle, x.row(v), time_, least);
             at && at->distance < deepest.distance)

@@ -172,8 +172,7 @@ std::optional<StartFault> StartCheck::check(Surface& body, const std::string& la
 std::vector<StartFault> start_faults(const World& world, const std::vector<std::string>& labels) {
     StartCheck check;
     for (int b = 0; b < world.body_count(); ++b) {
-        const ContactSurface& surface = world.surface(b);
-        check.add_body(labels.at(b), {embedded(surface.W(), world.state(b).x), surface.F()});
+        check.add_body(labels.at(b), {world.surface(b), world.shape(b).F});
     }
     std::vector<StartFault> faults = check.between_bodies();
     for (std::size_t o = 0; o < world.obstacles().size(); ++o)

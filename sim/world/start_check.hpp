@@ -47,6 +47,9 @@ std::vector<StartFault> start_faults(const World& world, const std::vector<std::
 /// What to do about them, as the end of a line.
 inline constexpr const char* way_to_part =
     "; \"resolve_start\": true moves bodies apart before the first step";
+/// Likewise about those that only touch.
+inline constexpr const char* way_of_touching =
+    "; unless it is held, a body is moved by as little before the first step";
 
 /// One line about the first faults and the number of others, and what to do; empty if there are none.
 /// resolved: whether bodies were already moved apart.

@@ -6,34 +6,21 @@
 
 namespace nbd {
 
-/// BDF2 for bodies without a spring contact in reach, without driven nodes and without a grip that jumps,
-/// neither in this step nor in the one before it: BDF2 would extrapolate the impact. A barrier is a smooth
-/// potential, so that it holds in contact, too.
+/// BDF2 for bodies without driven nodes and without a grip that jumps, neither in this step nor in the one
+/// before it: BDF2 would extrapolate the jump. A barrier is a smooth potential, so that it holds in contact.
 void World::choose_steps(double dt) {
     const bool is_bdf2 = config_.step.integrator == TimeIntegrator::bdf2;
-    std::vector<char> is_hit(bodies_.size(), 0);
-    for (const Contact& contact : detection_.contacts())
-        for (const SurfacePoint* point : {&contact.a, &contact.b})
-            if (point->body >= 0) is_hit[point->body] = 1;
-    for (std::size_t b = 0; b < bodies_.size(); ++b) {
-        Body& body = bodies_[b];
+    for (Body& body : bodies_) {
         const bool jumps = std::ranges::any_of(body.grips, [&](const Grip& grip) {
             const bool moves = !grip.translation.isZero(0) || !grip.rotation.isZero(0);
             return moves && grip.duration == 0 && grip.start > time_ - dt_before_ && grip.start <= time_ + dt;
         });
-        body.flies = !is_hit[b] && !is_held(body);
-        body.keeps_state = is_bdf2 && !is_hit[b] && !jumps && body.driven.nodes.empty();
+        body.keeps_state = is_bdf2 && !jumps && body.driven.nodes.empty();
         if (!body.keeps_state) body.before.reset();
         body.start = {.state = {}, .step = dt};
         if (body.before && dt <= max_bdf2_growth * dt_before_)
             body.start = bdf2_start(*body.before, body.state, dt_before_, dt);
     }
-}
-
-/// How far BDF2 may have moved a body's nodes in the last step, metres. 0 after backward Euler, where
-/// velocities tell.
-double World::last_motion(const Body& body) const {
-    return body.before ? (body.state.x - body.before->x).rowwise().norm().maxCoeff() : 0;
 }
 
 /// The unknown of the step if the body goes on as before.
@@ -51,13 +38,13 @@ bool World::is_held(const Body& body) const {
 }
 
 /// The unknown of the step if velocities change as in the last step: where the linear solver starts. A body
-/// that flies, and of whose last step nothing is known, falls.
+/// that nothing holds, and of whose last step nothing is known, falls.
 Nodes World::likely_velocities(const Body& body) const {
     constexpr double max_growth = 2;  // of the step length; a longer one asks too much of the last change
     const double dt = body.start.step.dt, growth = dt / dt_before_;
     if (takes_bdf2(body)) return first_iterate(body);
     if (body.velocities_before.size() == 0 || growth > max_growth) {
-        if (!body.flies) return first_iterate(body);
+        if (is_held(body)) return first_iterate(body);
         const Nodes gain = dt * (body.elastic->node_masses().cwiseInverse().asDiagonal() * body.forces);
         return ((body.state.v + gain).rowwise() + dt * config_.gravity.transpose()) /
                (1 + dt * body.elastic->material().rayleigh_mass);

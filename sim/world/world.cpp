@@ -54,12 +54,10 @@ World::World(const WorldConfig& config)
 
 /// The shape of an earlier body with the same rest shape and surface, or a new one. Takes the surface of
 /// `body`.
-std::shared_ptr<const ContactShape> World::contact_shape(WorldBody& body, const WideTree* tree) const {
+std::shared_ptr<const ContactShape> World::contact_shape(WorldBody& body) const {
     for (const Body& other : bodies_)
-        if (other.elastic == body.elastic && other.surface.shape()->is_of(body.W, body.F, tree))
-            return other.surface.shape();
-    return std::make_shared<const ContactShape>(std::move(body.W), std::move(body.F), body.elastic->rest().X,
-                                                tree);
+        if (other.elastic == body.elastic && other.shape->is_of(body.W, body.F)) return other.shape;
+    return std::make_shared<const ContactShape>(std::move(body.W), std::move(body.F), body.elastic->rest().X);
 }
 
 int World::add_body(WorldBody body) {
@@ -91,11 +89,13 @@ int World::add_body(WorldBody body) {
                 "world: the affine bounds of a collision tree have other weights than the body");
     }
     const double contact_young = surface_young(elastic, body.W);
-    ContactSurface surface(contact_shape(body, tree ? tree->box_tree() : nullptr), body.state.x);
+    PairBounds bounds{body.tree, body.bounds, body.margin};
+    std::shared_ptr<const ContactShape> shape = contact_shape(body);
     const int index = body_count();
     systems_.emplace_back(elastic);
     bodies_.push_back({.elastic = std::move(body.elastic),
-                       .surface = std::move(surface),
+                       .shape = std::move(shape),
+                       .bounds = std::move(bounds),
                        .tree = std::move(tree),
                        .state = std::move(body.state),
                        .contact_young = contact_young,
@@ -136,45 +136,40 @@ void World::add_obstacle(Obstacle obstacle) {
 }
 
 double World::thickness() const noexcept {
-    if (config_.contact.thickness > 0) return config_.contact.thickness;
-    return (config_.contact.intersection_free ? 0.001 : 0.01) * smallest_diagonal();
+    return config_.contact.thickness > 0 ? config_.contact.thickness : 0.001 * smallest_diagonal();
 }
 
 double World::smallest_diagonal() const noexcept {
     double smallest = std::numeric_limits<double>::infinity();
-    for (const Body& body : bodies_) smallest = std::min(smallest, body.surface.rest_diagonal());
+    for (const Body& body : bodies_) smallest = std::min(smallest, body.shape->rest_diagonal);
     return smallest;
-}
-
-/// Discards the contacts detected for the next step; they will be detected again from the same input.
-void World::forget_contacts() {
-    if (detected_dt_ > 0) detection_.restore(sides_before_);
-    detected_dt_ = 0;
 }
 
 /// Discards what was made of the bodies and obstacles so far.
 void World::forget_parts() {
-    forget_contacts();
     barrier_.reset();
     start_is_checked_ = false;
 }
 
-std::vector<FacePair> World::intersecting(int a, int b) {
+std::vector<FacePair> World::within(int a, int b, double distance) {
     for (const int index : {a, b}) {
         Body& body = at(index);
         if (!body.tree)
             throw std::invalid_argument(fmt::format("world: body {} has no collision tree", index));
-        body.surface.update(body.state.x);
         begin_pose(body, *body.tree);
     }
-    const auto pairs = query_.intersecting(*at(a).tree, *at(b).tree);
+    const auto pairs = query_.within(*at(a).tree, *at(b).tree, static_cast<float>(distance));
     return {pairs.begin(), pairs.end()};
 }
 
 void World::begin_pose(Body& body, PosedTree& tree) {
-    if (!tree.takes_nodes()) return tree.begin_pose(body.surface.x_float());
-    body.nodes = body.state.x.cast<float>();
-    tree.begin_pose_of_nodes(body.nodes);
+    if (tree.takes_nodes()) {
+        body.posed = body.state.x.cast<float>();
+        tree.begin_pose_of_nodes(body.posed);
+    } else {
+        body.posed = embedded(body.shape->W, body.state.x).cast<float>();
+        tree.begin_pose(body.posed);
+    }
 }
 
 Nodes World::body_part(int body, const Eigen::VectorXd& stacked) const {
@@ -182,7 +177,7 @@ Nodes World::body_part(int body, const Eigen::VectorXd& stacked) const {
 }
 
 bool World::has_vertex(int body, int vertex) const {
-    return body >= 0 && body < body_count() && vertex >= 0 && vertex < at(body).surface.vertex_count();
+    return body >= 0 && body < body_count() && vertex >= 0 && vertex < at(body).shape->vertex_count();
 }
 
 WorldSnapshot World::snapshot() const {
@@ -194,7 +189,6 @@ WorldSnapshot World::snapshot() const {
         snapshot.before.push_back(body.before.value_or(BodyState{}));
         snapshot.velocities_before.push_back(body.velocities_before);
     }
-    snapshot.sides = detected_dt_ == 0 ? detection_.sides() : sides_before_;
     snapshot.stretches = friction_memory_.stretches();
     return snapshot;
 }
@@ -220,24 +214,6 @@ void World::restore(const WorldSnapshot& snapshot) {
         if (!fits(snapshot.bodies[body]) || !has_velocities_that_fit ||
             (before.x.size() > 0 && !(fits(before) && snapshot.dt_before > 0)))
             throw std::invalid_argument(fmt::format("world: the snapshot of body {} does not fit it", b));
-    }
-    const ContactSides& sides = snapshot.sides;
-    const auto [shortest, longest] =
-        std::minmax({sides.vertices.size(), sides.normals.size(), sides.depths.size()});
-    for (std::size_t i = 0; i < longest; ++i)
-        if (i >= shortest || !has_vertex(sides.vertices[i][0], sides.vertices[i][2]) ||
-            !has_vertex(sides.vertices[i][1], 0) || !sides.normals[i].allFinite() || !(sides.depths[i] >= 0))
-            throw std::invalid_argument(
-                fmt::format("world: entry {} of the snapshot's contact sides does not fit the bodies", i));
-    const StartDepths& starts = sides.starts;
-    for (std::size_t i = 0; i < std::max(starts.vertices.size(), starts.depths.size()); ++i) {
-        const bool is_there = i < starts.vertices.size() && i < starts.depths.size();
-        const int other = is_there ? starts.vertices[i][1] : 0;
-        if (!is_there || !has_vertex(starts.vertices[i][0], starts.vertices[i][2]) ||
-            !(other >= 0 ? has_vertex(other, 0) : -1 - other < std::ssize(obstacles_)) ||
-            !(starts.depths[i] > 0))
-            throw std::invalid_argument(
-                fmt::format("world: entry {} of the snapshot's start depths does not fit the bodies", i));
     }
     const FrictionStretches& stretches = snapshot.stretches;
     for (std::size_t i = 0; i < std::max(stretches.contacts.size(), stretches.ways.size()); ++i) {
@@ -270,9 +246,7 @@ void World::reset(const WorldSnapshot& snapshot) {
     }
     time_ = snapshot.time;
     dt_before_ = snapshot.dt_before;
-    detection_.restore(snapshot.sides);
     friction_memory_.restore(snapshot.stretches);
-    detected_dt_ = 0;
 }
 
 }  // namespace nbd

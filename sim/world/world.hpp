@@ -10,8 +10,6 @@
 
 #include "collision/query/pair_query.hpp"
 #include "sim/barrier/barrier.hpp"
-#include "sim/contact/contact_detection.hpp"
-#include "sim/contact/contact_sides.hpp"
 #include "sim/contact/contact_solver.hpp"
 #include "sim/fem/step_report.hpp"
 #include "sim/fem/step_system.hpp"
@@ -29,16 +27,15 @@ struct FailureLimits {
 /// How a step advances a body in time.
 enum class TimeIntegrator {
     backward_euler,  // damps vibrations, the more the fewer steps they take
-    // Hardly damps; with intersections, bodies that may touch something in a step take backward Euler.
-    bdf2,
+    bdf2,            // hardly damps
 };
 
 /// How steps are taken, and how accurately they solve their equations.
 struct StepConfig {
     TimeIntegrator integrator = TimeIntegrator::backward_euler;
     Tangent tangent = Tangent::rotated;
-    // Maximum number of linearisations; above 1 with line search, until newton_tolerance is met. 1: one;
-    // without intersections, as many as contacts need.
+    // Maximum number of linearisations; above 1 with line search, until newton_tolerance is met. 1: one, or
+    // as many as contacts need.
     int newton_iterations = 1;
     // Newton stops at this residual impulse of every body, relative to its impulses of loads, elasticity and
     // contacts in the step, in the norm of the inverse masses, see ContactSolver::scales().
@@ -64,7 +61,7 @@ struct WorldBody {
     std::shared_ptr<const ElasticBody> elastic;
     Embedding W;                                  // [surface vertices, tet nodes]
     Faces F;                                      // of the surface
-    std::shared_ptr<const CollisionTree> tree{};  // of the surface W, F; null: collides with obstacles only
+    std::shared_ptr<const CollisionTree> tree{};  // of the surface W, F; null: exact bounds of its own
     BoundKind bounds = BoundKind::exact;          // `auto`: as exact_for_auto() says
     std::optional<float> margin{};  // relative, of the tree's spheres; none: PosedTree's default
     BodyState state{};              // empty x: the rest pose without velocity
@@ -90,7 +87,6 @@ struct WorldSnapshot {
     std::vector<BodyState> before;  // those of the step before, for BDF2; empty arrays or an empty list: none
     // Velocities before the last step, which tell where they head for; empty arrays or an empty list: none.
     std::vector<Nodes> velocities_before;
-    ContactSides sides;
     FrictionStretches stretches;
 };
 
@@ -100,13 +96,14 @@ struct StartMove {
     Eigen::Vector3d by = Eigen::Vector3d::Zero();  // metres
 };
 
-/// Deformable bodies and obstacles under gravity, in contact with each other. A step is backward Euler, or
-/// BDF2 for bodies far from contact, with implicit contact forces (see ContactSolver), linearised once or
-/// solved by Newton's iteration. A rejected step is taken back and repeated in 2, 4, 8 ... equal parts.
-/// Reasons to reject: the linear system or Newton's iteration does not converge, bodies approach each other
-/// too fast for contact detection, contacts become too deep, or a failure. With
-/// ContactConfig::intersection_free, a barrier keeps surfaces apart instead, see Barrier. The same calls give
-/// the same bits on any number of threads.
+/// Deformable bodies and obstacles under gravity, in contact with each other and with themselves. A step is
+/// backward Euler or BDF2, with implicit contact forces (see ContactSolver) of a barrier that keeps surfaces
+/// apart (see Barrier), linearised as often as contacts need, or solved by Newton's iteration. It never ends
+/// with surfaces that intersect. A rejected step is taken back and repeated in 2, 4, 8 ... equal parts.
+/// Reasons to reject: the linear system or Newton's iteration does not converge, a body and a sphere approach
+/// each other too fast, or a failure. Bounds that can miss (see can_miss()) let features press late; where a
+/// step would end with an intersection for that, it is solved anew with exact ones. The same calls give the
+/// same bits on any number of threads.
 class World {
  public:
     /// Throws std::invalid_argument for a number out of range.
@@ -118,9 +115,8 @@ class World {
     void add_obstacle(Obstacle obstacle);
 
     /// Advances by dt seconds, > 0. On a failure, see the report, the bodies are left as they were before the
-    /// part that failed. Throws std::invalid_argument on a bad dt, and before the first step without
-    /// intersections if surfaces intersect; StopAsked as stop_if_asked(), and the world is as before the
-    /// step, without contact forces.
+    /// part that failed. Throws std::invalid_argument on a bad dt, and before the first step if surfaces
+    /// intersect; StopAsked as stop_if_asked(), and the world is as before the step, without contact forces.
     WorldReport step(double dt);
 
     int body_count() const noexcept { return bodies_.size(); }
@@ -132,7 +128,9 @@ class World {
     const ElasticBody& elastic(int body) const { return *at(body).elastic; }
     /// The arrays keep their place in memory as long as the world lives.
     const BodyState& state(int body) const { return at(body).state; }
-    const ContactSurface& surface(int body) const { return at(body).surface; }
+    const ContactShape& shape(int body) const { return *at(body).shape; }
+    /// Positions of the vertices of a body's surface, [n, 3].
+    Nodes surface(int body) const { return embedded(at(body).shape->W, at(body).state.x); }
 
     /// Outer forces on the tet nodes, [N, 3] newtons. They act until changed; initially zero.
     Nodes& forces(int body) { return at(body).forces; }
@@ -143,31 +141,34 @@ class World {
     /// grip, and for targets of another shape or not finite.
     void drive(int body, std::vector<int> nodes, Nodes targets);
 
-    /// Intersecting face pairs of two bodies in the current pose, found with the bodies' bounds, in single
-    /// precision. Throws std::invalid_argument where one of them has no tree.
-    std::vector<FacePair> intersecting(int a, int b);
+    /// Face pairs of two bodies at most `distance` apart in the current pose, metres, >= 0, found with the
+    /// bodies' bounds, in single precision. Throws std::invalid_argument where one of them has no tree.
+    std::vector<FacePair> within(int a, int b, double distance);
 
     /// All faces that intersect: between bodies, with meshes of obstacles, and within a body, where faces
     /// with common vertices have other points in common, too. By exact tests of positions in double
     /// precision. Without those of touching_at_rest().
     std::vector<Intersection> intersecting_faces();
-    /// Faces of one body that intersect at rest, as scans have some. In steps without intersections, they and
-    /// their neighbours do not press each other.
+    /// Faces of one body that intersect at rest, as scans have some. They and their neighbours do not press
+    /// each other.
     std::vector<Intersection> touching_at_rest();
 
-    /// Throws std::invalid_argument, naming the faces, where steps without intersections are asked for and
-    /// surfaces intersect or touch. The first step does it if nobody did before.
+    /// Throws std::invalid_argument, naming the faces, where surfaces intersect or touch. The first step does
+    /// it if nobody did before.
     void check_start();
 
-    /// Moves bodies without grips apart, and out of obstacles, until nothing intersects; in steps without
-    /// intersections, until nothing is too near to start. Returns the moves.
+    /// Moves bodies without grips apart, and out of obstacles, until nothing intersects or is too near to
+    /// start. Returns the moves.
     /// Throws std::invalid_argument, naming the faces, where that does not help: bodies that intersect
     /// themselves, or that are held; StopAsked as stop_if_asked(), and the world is as before.
     std::vector<StartMove> resolve_start();
 
+    /// Likewise for bodies that only touch, or overlap by little: moves no body by more than a hundredth of
+    /// its size. Returns no moves, and has moved nothing, where that is not needed or does not help.
+    std::vector<StartMove> part_touching();
+
     /// Starts the pose of a tree over a body's surface as the world does for its own trees: from the body's
-    /// nodes for `affine` bounds, else from surface(), both in single precision. Call it after a step;
-    /// valid until the body moves.
+    /// nodes for `affine` bounds, else from surface(), both in single precision. Valid until the body moves.
     void begin_pose(int body, PosedTree& tree) { begin_pose(at(body), tree); }
 
     /// Mean contact forces, friction included, on the tet nodes of a body over the last step: [N, 3] newtons.
@@ -183,21 +184,21 @@ class World {
  private:
     struct Body {
         std::shared_ptr<const ElasticBody> elastic;
-        ContactSurface surface;
+        std::shared_ptr<const ContactShape> shape;
+        PairBounds bounds;
         std::unique_ptr<PosedTree> tree;  // null: no tree
         BodyState state;
         std::optional<BodyState> before{};  // the state that the last step began from, if BDF2 may use it
         Nodes velocities_before{};          // those before the last step; empty: none
         StepStart start{.state = {}, .step = 0.0};  // of the step; without positions: that of `state`
         bool keeps_state = false;                   // as `before` of the next step
-        bool flies = false;                         // nothing holds it or is in its reach in the step
         double contact_young = 0;                   // of the layer that its surface lies in, Pa
         Nodes forces, contact_forces;
         std::vector<Grip> grips;
         std::vector<Nodes> grip_start;  // per grip, positions at which it took its nodes
         DrivenNodes driven{};
         double energy = 0;  // elastic, joules, at the end of the last step
-        Vertices nodes{};   // of the tree's pose; only for `affine` bounds
+        Vertices posed{};   // what its trees' poses read
     };
     /// One of the equal parts of a step.
     struct StepPart {
@@ -218,7 +219,7 @@ class World {
         std::vector<Nodes> contact_forces;  // [bodies]
     };
 
-    std::shared_ptr<const ContactShape> contact_shape(WorldBody& body, const WideTree* tree) const;
+    std::shared_ptr<const ContactShape> contact_shape(WorldBody& body) const;
     Body& at(int body) { return bodies_.at(body); }
     const Body& at(int body) const { return bodies_.at(body); }
     bool has_vertex(int body, int vertex) const;
@@ -229,7 +230,6 @@ class World {
     }
     Loads loads(const Body& body) const { return {.gravity = config_.gravity, .forces = body.forces}; }
     void begin_pose(Body& body, PosedTree& tree);
-    void forget_contacts();
     void forget_parts();
     void reset(const WorldSnapshot& snapshot);
 
@@ -239,19 +239,17 @@ class World {
     PartStart part_start() const;
     void take_back(const PartStart& start);
     double slip_length(double dt) const noexcept;
-    void detect(double dt);
     Rejection try_part(const StepPart& part, WorldReport& report);
+    Rejection solve_safely(const StepPart& part, Eigen::VectorXd& v, WorldReport& report);
     std::string move(const StepPart& part, const Eigen::VectorXd& v, bool is_solved, WorldReport& report);
     void measure(WorldReport& report) const;
 
     // approach.cpp
     Nodes foreseen_motion(const Body& body, double dt) const;
-    Rejection jump_into_body(double dt) const;
     Rejection pass_of_ball(double dt) const;
 
     // time_integration.cpp
     void choose_steps(double dt);
-    double last_motion(const Body& body) const;
     Nodes first_iterate(const Body& body) const;
     Nodes likely_velocities(const Body& body) const;
     bool is_held(const Body& body) const;
@@ -260,35 +258,32 @@ class World {
 
     std::vector<Nodes> nodes_after(double dt, const Eigen::VectorXd& v) const;
 
-    // newton_iteration.cpp
+    // iteration.cpp
     void start_driving(double dt);
     PrescribedNodes prescribed(const Body& body, double dt) const;
     Eigen::VectorXd stacked(Nodes (World::*velocities)(const Body&) const,
                             const std::vector<PrescribedNodes>& given) const;
     void build_systems(const std::vector<PrescribedNodes>& given, const Eigen::VectorXd* iterate);
-    Rejection solve(double dt, Eigen::VectorXd& v, WorldReport& report);
-    void search_line(const Eigen::VectorXd& from, Eigen::VectorXd& to);
     double residual(const Eigen::VectorXd& v);
 
     // resolve_start.cpp
     std::vector<Contact> too_near();
     Eigen::Vector3d way_out(const Body& body, const Obstacle& obstacle, double room);
 
-    // barrier_iteration.cpp
+    // solve.cpp
     Barrier& barrier();
     std::vector<Nodes> nodes_now() const;
     Eigen::VectorXd leads(double dt) const;
     std::vector<Contact> contacts_at(double dt, const Eigen::VectorXd& v, double share, double progress,
-                                     std::span<const ContactSurface* const> surfaces);
-    double contact_error(double dt, const Eigen::VectorXd& v,
-                         std::span<const ContactSurface* const> surfaces);
+                                     std::span<const ContactShape* const> shapes);
+    double contact_error(double dt, const Eigen::VectorXd& v, std::span<const ContactShape* const> shapes);
     double trusted_share(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to) const;
-    Rejection solve_apart(const StepPart& part, Eigen::VectorXd& v, WorldReport& report);
+    Rejection solve(const StepPart& part, Eigen::VectorXd& v, WorldReport& report);
     void look(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress,
               WorldReport& report);
     double propose(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress,
                    WorldReport& report);
-    double search_apart(const Eigen::VectorXd& v, const Eigen::VectorXd& to, double share);
+    double search_line(const Eigen::VectorXd& v, const Eigen::VectorXd& to, double share);
     std::string end_intersections(double dt, const Eigen::VectorXd& v, WorldReport& report);
 
     WorldConfig config_;
@@ -297,17 +292,13 @@ class World {
     std::vector<int> first_unknown_{0};
     std::vector<Obstacle> obstacles_;
     PairQuery query_;
-    ContactDetection detection_;
     FrictionMemory friction_memory_;
-    std::vector<Contact> contacts_;  // of detection_, with what friction remembers of them
+    std::vector<Contact> contacts_;  // of solver_
     ContactSolver solver_;
     std::unique_ptr<Barrier> barrier_;  // null: not asked for yet
     bool start_is_checked_ = false;
     double time_ = 0;
-    double dt_before_ = 0;       // length of the part that led to the current state; 0: none
-    double detected_dt_ = 0;     // detection_ holds the contacts of a step of this length from here; 0: none
-    StepReport detected_;        // of that detection
-    ContactSides sides_before_;  // its input
+    double dt_before_ = 0;  // length of the part that led to the current state; 0: none
 };
 
 }  // namespace nbd

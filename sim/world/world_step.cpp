@@ -1,4 +1,4 @@
-// A step, and its parts: contact detection, solution, motion, and whether the result is rejected.
+// A step, and its parts: solution, motion, and whether the result is rejected.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -87,7 +87,6 @@ void World::take_parts(double dt, WorldReport& report) {
         done *= 2;
     }
     report.time = time_;
-    report.deepest_penetration = detection_.deepest();
     measure(report);
     tell_trouble(report);
 }
@@ -103,7 +102,7 @@ void World::tell_trouble(WorldReport& report) const {
         report.trouble = StepTrouble::contact_passes;
         report.trouble_reason =
             fmt::format("at {:.6g} s: {} passes did not settle which contacts press and slip", time_,
-                        config_.contact.iterations);
+                        ContactSolver::most_passes);
     }
 }
 
@@ -122,29 +121,6 @@ void World::take_back(const PartStart& start) {
 /// a thousandth of a fall from rest, where steps are long: a stiffer spring would be settled by no iteration.
 double World::slip_length(double dt) const noexcept {
     return std::max(1e-5 * smallest_diagonal(), 1e-3 * config_.gravity.norm() * dt * dt);
-}
-
-/// Detects the contacts of a step of dt from the current state, unless they are known.
-void World::detect(double dt) {
-    if (config_.contact.intersection_free || detected_dt_ == dt) return;
-    forget_contacts();
-    sides_before_ = detection_.sides();
-    detected_ = {};
-    std::vector<ContactParty> parties;
-    for (Body& body : bodies_) {
-        timed(detected_.update_us, [&] {
-            body.surface.update(body.state.x);
-            if (body.tree) begin_pose(body, *body.tree);
-        });
-        parties.push_back({.elastic = *body.elastic,
-                           .state = body.state,
-                           .surface = body.surface,
-                           .young = body.contact_young,
-                           .tree = body.tree.get(),
-                           .moved = last_motion(body)});
-    }
-    detection_.find(parties, obstacles_, config_.contact, thickness(), time_, dt_before_, dt, detected_);
-    detected_dt_ = dt;
 }
 
 /// Moves the bodies by the solution v of the step and, if the step was solved to its tolerance, gives those
@@ -198,36 +174,32 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
     return {};
 }
 
-/// Advances by one part. The contacts at its end are used twice: they show whether contacts became too deep,
-/// and they start the next part. Their cost is reported by the next part, so that a run that continues from a
-/// snapshot reports the same.
+/// Solves a part so that it ends without intersections. v: out, see solve().
+World::Rejection World::solve_safely(const StepPart& part, Eigen::VectorXd& v, WorldReport& report) {
+    for (;;) {
+        Rejection rejection = solve(part, v, report);
+        if (rejection && (!part.finest || rejection.fatal)) return rejection;
+        const std::string hit = end_intersections(part.dt, v, report);
+        if (hit.empty()) return rejection;
+        if (!barrier().can_miss()) return {.reason = "the step would end where " + hit, .fatal = true};
+        ++report.exact_parts;
+        barrier().be_exact(true);
+    }
+}
+
+/// Advances by one part.
 World::Rejection World::try_part(const StepPart& part, WorldReport& report) {
-    detect(part.dt);
-    report.add(detected_);
-    const double depth = detection_.deepest(), max_approach = 4 * thickness();
-    Rejection rejection;
-    if (detection_.approach() > max_approach)
-        rejection = {.reason = fmt::format("bodies may approach each other by {:.2g} m in a step, "
-                                           "allowed: {:.2g}",
-                                           detection_.approach(), max_approach),
-                     .trouble = StepTrouble::approach};
-    if (rejection && !part.finest) return rejection;
     choose_steps(part.dt);
-    const bool apart = config_.contact.intersection_free;
-    if (!rejection) rejection = apart ? pass_of_ball(part.dt) : jump_into_body(part.dt);
+    Rejection rejection = pass_of_ball(part.dt);
     if (rejection && !part.finest) return rejection;
     try {
         Eigen::VectorXd v;
-        bool is_solved = true;  // impulses that do not balance the motion tell nothing of its momentum
-        if (Rejection unsolved = apart ? solve_apart(part, v, report) : solve(part.dt, v, report)) {
-            rejection = unsolved;
-            is_solved = false;
-        }
+        barrier().be_exact(false);
+        const Rejection unsolved = solve_safely(part, v, report);
+        if (unsolved) rejection = unsolved;
         if (rejection && (!part.finest || rejection.fatal)) return rejection;
-        is_solved = is_solved && report.contacts_settled;
-        if (apart)
-            if (std::string hit = end_intersections(part.dt, v, report); !hit.empty())
-                return {.reason = "the step would end where " + hit, .fatal = true};
+        // Impulses that do not balance the motion tell nothing of its momentum.
+        const bool is_solved = !unsolved && report.contacts_settled;
         if (std::string failure = move(part, v, is_solved, report); !failure.empty())
             return {.reason = failure, .fatal = true};
         friction_memory_.remember(solver_.rubbed(v));
@@ -236,12 +208,6 @@ World::Rejection World::try_part(const StepPart& part, WorldReport& report) {
     }
     time_ = part.end;
     dt_before_ = part.dt;
-    detected_dt_ = 0;
-    detect(part.dt);
-    if (const double max_depth = depth + thickness() / 2; detection_.deepest() > max_depth)
-        rejection = {.reason = fmt::format("contacts came to overlap by {:.2g} m in a step, allowed: {:.2g}",
-                                           detection_.deepest(), max_depth),
-                     .trouble = StepTrouble::overlap};
     return rejection;
 }
 

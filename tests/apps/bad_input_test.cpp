@@ -67,8 +67,11 @@ TEST_F(BadInputTest, SaysWhatToDoInsteadOfCommandsAndOptionsThatAreGone) {
         {"dataset a.h5 -o b.h5 --solver direct", 2,
          "`nbdtree dataset --solver` is gone: leave it out; steps are always solved by iteration"},
         {"simulate a.json -o b.h5 --compare-contacts", 2,
-         "`nbdtree simulate --compare-contacts` is gone: run the scene a second time with `--contacts 0` and "
-         "compare the recordings"},
+         "`nbdtree simulate --compare-contacts` is gone: leave it out; all contacts count"},
+        {"simulate a.json -o b.h5 --contacts 0", 2,
+         "`nbdtree simulate --contacts` is gone: leave it out; all contacts count"},
+        {"dataset a.h5 -o b.h5 --intersection-free", 2,
+         "`nbdtree dataset --intersection-free` is gone: leave it out; no pose intersects"},
         {"export tree.h5 --torch a.h5", 2,
          "`nbdtree export --torch` is gone: tree files hold the networks as plain arrays, in nbd/ "
          "(apps/docs/formats.md)"},

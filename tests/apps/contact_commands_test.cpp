@@ -55,10 +55,9 @@ TEST_F(ContactCommands, TheTableHasTheColumnsThatHelpLists) {
     EXPECT_EQ(
         header,
         "frame,time,contacts,face_pairs,nodes_bounded,nodes_out_of_range,update_us,collision_us,detect_us,"
-        "assemble_us,solve_us,rest_us,substeps,newton_iterations,solver_iterations,solver_converged,"
-        "kinetic_energy,elastic_energy,gravity_energy,deepest_penetration,inverted_elements,trouble,"
-        "least_distance,intersecting_pairs,intersecting_pairs_missed,near_pairs,near_pairs_missed,"
-        "audit_tests,audit_exact_tests,audit_us,audit_exact_us,pairs_measured");
+        "assemble_us,solve_us,rest_us,substeps,exact_parts,newton_iterations,solver_iterations,solver_converged,"
+        "kinetic_energy,elastic_energy,gravity_energy,inverted_elements,near_pairs,near_pairs_missed,"
+        "audit_tests,audit_exact_tests,audit_us,audit_exact_us,trouble,least_distance");
     const std::string help = run("simulate --help").out;
     for (const std::string& name : test::cells(header))
         EXPECT_NE(help.find("\n  " + name), std::string::npos) << name;
@@ -69,34 +68,43 @@ TEST_F(ContactCommands, AStartThatIntersectsIsRefusedOrMended) {
         return fmt::format(R"({{"bodies": [{{"body": "box.h5", "name": "a"}},
                                            {{"body": "box.h5", "name": "b", "transform": {{"translate": [0.1, 0, 0]}}}}],
                                "gravity": [0, 0, 0], "time": {{"dt": 0.005, "frames": 1, "steps_per_frame": 1}},
-                               "contact": {{"intersection_free": true{}}}}})",
+                               "contact": {{{}}}}})",
                            contact);
     };
     write("overlap.json", two(""));
     std::filesystem::remove(folder() / "run.h5");
     const Ran refused = simulate("overlap.json");
     EXPECT_EQ(refused.status, 1);
-    EXPECT_THAT(refused.err, HasSubstr("the start must have none"));
+    EXPECT_THAT(refused.err, HasSubstr("overlaps bodies[0] (a) at the start"));
     EXPECT_FALSE(test::listing(folder()).contains("run.h5"));
-    write("mended.json", two(R"(, "resolve_start": true)"));
+    write("mended.json", two(R"("resolve_start": true)"));
     const Ran mended = simulate("mended.json");
     EXPECT_EQ(mended.status, 0) << mended.err;
-    EXPECT_THAT(mended.err, HasSubstr("'b' intersects at the start and was moved by"));
+    EXPECT_THAT(mended.err, HasSubstr("'b' touched or overlapped something at the start and was moved by"));
 }
 
-TEST_F(ContactCommands, BoundsPlayNoPartWithoutIntersections) {
-    write_drop("free.json", R"(, "contact": {"intersection_free": true})");
-    EXPECT_EQ(simulate("free.json").status, 0);
-    EXPECT_EQ(simulate("free.json --bounds boxes").status, 1);
-    EXPECT_EQ(simulate("free.json --contacts 1").status, 1);
-    EXPECT_EQ(run("race free.json").status, 1);
-    write_drop("bdf2.json", R"(, "contact": {"intersection_free": true}, "solver": {"integrator": "bdf2"})");
-    EXPECT_EQ(simulate("bdf2.json").status, 0);
+TEST_F(ContactCommands, KeysThatHaveNoEffectAreTold) {
+    write_drop("old.json",
+               R"(, "contact": {"damping": 0.01, "contacts_per_node_pair": 2, "self_contact": false})");
+    const Ran old = simulate("old.json");
+    EXPECT_EQ(old.status, 0) << old.err;
+    for (const char* key : {"contact.damping", "contact.contacts_per_node_pair", "contact.self_contact"})
+        EXPECT_THAT(old.err, HasSubstr(std::string(key) + ": has no effect any more")) << key;
+    write_drop("new.json", R"(, "contact": {"self_contact": true, "intersection_free": true})");
+    EXPECT_THAT(simulate("new.json").err, testing::Not(HasSubstr("no effect")));
+}
+
+TEST_F(ContactCommands, ABodyThatTouchesTheFloorIsMovedByLittle) {
+    write("touching.json", R"({"bodies": [{"body": "box.h5", "name": "box"}],
+        "obstacles": [{"plane": {}}], "time": {"dt": 0.005, "frames": 4, "steps_per_frame": 2}})");
+    const Ran touching = simulate("touching.json");
+    EXPECT_EQ(touching.status, 0) << touching.err;
+    EXPECT_THAT(touching.err,
+                HasSubstr("'box' touched or overlapped something at the start and was moved by (0, 0, 0.00"));
 }
 
 TEST_F(ContactCommands, DatasetsCountPosesThatIntersect) {
-    const auto variety =
-        result("dataset box.h5 -o apart.h5 --trajectories 2 --frames 4 --intersection-free")["variety"];
+    const auto variety = result("dataset box.h5 -o apart.h5 --trajectories 2 --frames 4")["variety"];
     EXPECT_EQ(variety["frames_self_intersecting"], 0);
     EXPECT_EQ(variety["frames"], 8);
     EXPECT_EQ(variety["frames_troubled"], 0);
@@ -107,8 +115,8 @@ TEST_F(ContactCommands, BenchmarksRun) {
     const Ran contact = bench("contact drop.json -o contact.csv --pictures pictures");
     ASSERT_EQ(contact.status, 0) << contact.err;
     const std::string rows = bytes("contact.csv");
-    EXPECT_EQ(std::ranges::count(rows, '\n'), 2 + 3);
-    EXPECT_THAT(rows, HasSubstr("drop,free,0,1,108,16,16,0,0,"));
+    EXPECT_EQ(std::ranges::count(rows, '\n'), 2 + 1);
+    EXPECT_THAT(rows, HasSubstr("drop,0,1,108,16,16,0,0,"));
     EXPECT_EQ(test::listing(folder() / "pictures"), std::set<std::string>{"drop.png"});
     const Ran absent = bench("contact absent.json");
     EXPECT_EQ(absent.status, 1);

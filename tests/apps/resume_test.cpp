@@ -157,7 +157,6 @@ TEST_F(ResumeTest, KeepsAFinishedRunWithOtherOptions) {
     says("", "--bounds boxes instead of no --bounds");
     says("--bounds exact", "--bounds boxes instead of --bounds exact");
     says("--bounds boxes --margin 0.3", "no --margin instead of --margin 0.3");
-    says("--bounds boxes --contacts 7", "no --contacts instead of --contacts 7");
     EXPECT_EQ(
         error("simulate scene.json -o " + where + "/run.h5 --bounds boxes --resume"),
         "nbdtree: error: " + where +

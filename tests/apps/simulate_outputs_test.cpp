@@ -68,7 +68,7 @@ TEST_F(SimulateOutputs, PicturesShowBodiesInDifferentColoursWithFloorAndShadows)
 TEST_F(SimulateOutputs, PicturesKeepAnObstacleInViewThatMovesAway) {
     write("away.json", R"({
         "bodies": [{"body": "box.h5"}], "gravity": [0, 0, 0],
-        "obstacles": [{"sphere": {"centre": [0.4, 0, 0], "radius": 0.08}, "velocity": [20, 0, 0]}],
+        "obstacles": [{"sphere": {"centre": [0.5, 0, 0], "radius": 0.08}, "velocity": [20, 0, 0]}],
         "time": {"dt": 0.002, "frames": 11, "steps_per_frame": 1}})");
     make("simulate away.json -o away.h5 --picture away.png -q");
     const Pixels picture(folder() / "away.png");

@@ -13,7 +13,7 @@ namespace {
 PhysicsResult result(double one, double other) {
     PhysicsResult made{.check = {"fall", "It is so.", "way, m", 0.01, {}, {}}, .rows = {}};
     made.rows = {{.at = {.size = 0.1}, .found = {.error = one}},
-                 {.at = {.size = 10, .intersection_free = true}, .found = {.error = other}}};
+                 {.at = {.size = 10}, .found = {.error = other}}};
     return made;
 }
 
@@ -22,7 +22,7 @@ TEST(Physics, TheWorstCaseDecides) {
     EXPECT_FALSE(corner.held());
     EXPECT_EQ(corner.failed(), 1);
     EXPECT_EQ(corner.worst().at.size, 10);
-    EXPECT_EQ(describe(corner.check, corner.worst().at), "size 10 m, dt 5 ms, 100000 Pa, free");
+    EXPECT_EQ(describe(corner.check, corner.worst().at), "size 10 m, dt 5 ms, 100000 Pa");
     EXPECT_TRUE(result(1e-9, 0.01).held());
     EXPECT_FALSE(result(std::numeric_limits<double>::infinity(), 0).held());
 }

@@ -107,8 +107,8 @@ def turning_scene(seconds):
     """A box on a plane between walls, and one on it that is held at its top and turns by 36 degrees a second."""
     top = {"box": {"min": [-BOX, -BOX, 1.98 * BOX], "max": [BOX, BOX, 3 * BOX]}}
     turn = {"axis": [0, 0, 1], "degrees": 36 * seconds}
-    return {"bodies": [{"body": "box.h5", "transform": {"translate": [0, 0, 0.5 * BOX]}},
-                       {"body": "box.h5", "transform": {"translate": [0, 0, 1.49 * BOX]},
+    return {"bodies": [{"body": "box.h5", "transform": {"translate": [0, 0, 0.5005 * BOX]}},
+                       {"body": "box.h5", "transform": {"translate": [0, 0, 1.501 * BOX]},
                         "grips": [{"region": top, "centre": [0, 0, 2 * BOX], "rotate": turn, "duration": seconds}]}],
             "obstacles": [PLANE, *walls(BOX)]}
 

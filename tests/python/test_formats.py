@@ -184,7 +184,7 @@ def files(command, assets, tmp_path_factory):
     run("dataset", "far.h5", "-o", "far_poses.h5", "--trajectories", 3, "--frames", 3)
     run("remap", "less.h5", "--from", "plain.h5", "--to", "finer.h5", "-o", "remapped.h5")
     scene = {
-        "bodies": [{"surface": str(assets / "beam.obj"), "transform": {"translate": [0, 0, 0.02]}}],
+        "bodies": [{"surface": str(assets / "beam.obj"), "transform": {"translate": [0, 0, 0.061]}}],
         "obstacles": [{"plane": {"normal": [0, 0, 1]}}],
         "time": {"dt": 0.005, "frames": 3, "steps_per_frame": 1},
     }

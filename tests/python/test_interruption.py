@@ -123,7 +123,7 @@ def test_taken_back_steps_leave_the_bits(beam):
             time.sleep(0.002)
             os.kill(os.getpid(), signal.SIGINT)
 
-    undisturbed, world = (nbd.World(falling_beams(beam, 0.1)) for _ in range(2))
+    undisturbed, world = (nbd.World(falling_beams(beam, 0.13)) for _ in range(2))
     before = signal.signal(signal.SIGINT, raise_in_a_step)
     presses = threading.Thread(target=press)
     presses.start()

@@ -60,7 +60,7 @@ def test_the_table_has_no_row_that_is_not_tested():
 
 
 def test_row_1_state_of_a_world(beam):
-    world = nbd.World({"bodies": [{"body": beam}], "obstacles": [{"plane": {}}]})
+    world = nbd.World({"bodies": [{"body": beam, "transform": {"translate": [0, 0, 0.1]}}], "obstacles": [{"plane": {}}]})
     calls = [world.positions, world.velocities, world.forces, world.contact_forces, world.masses]
     views = [call() for call in calls]
     for call, view in zip(calls, views):

@@ -175,7 +175,7 @@ def test_bad_arguments_are_refused(beam):
     for call, kind, text in [
         (lambda: world.positions(1), IndexError, "body: is 1; allowed: 0..0"),
         (lambda: world.step(-1), ValueError, "dt is -1"),
-        (lambda: world.intersecting(0, 0), ValueError, "a and b are one body"),
+        (lambda: world.within(0, 0), ValueError, "a and b are one body"),
         (lambda: world.drive([0, 0], np.zeros((2, 3))), ValueError, "named twice"),
         (lambda: world.drive([0], np.zeros((2, 3))), ValueError, "targets"),
         (lambda: nbd.World(5), ValueError, "scene: is <class 'int'>; allowed: a path"),
@@ -201,7 +201,7 @@ def test_a_scene_stays_as_it_was_given(beam):
 
 
 def test_bodies_are_moved_apart_on_call(beam):
-    world = nbd.World(overlapping_beams(beam, intersection_free=True))
+    world = nbd.World(overlapping_beams(beam))
     for call in (world.check_start, world.step):
         with refused(ValueError, "intersect"):
             call()
@@ -234,13 +234,13 @@ def test_bodies_that_are_held_cannot_be_moved_apart(beam):
         world.resolve_start()
 
 
-@pytest.mark.parametrize("contact", [{"self_contact": True}, {"intersection_free": True}])
-def test_modes_of_contact_are_keys_of_scenes(beam, contact):
-    world = nbd.World({**falling_beams(beam, 0.2), "contact": contact})
+def test_steps_keep_bodies_apart(beam):
+    world = nbd.World(falling_beams(beam, 0.2))
     distances = []
     for _ in range(60):
         report = world.step()
         assert report.failure == ""
         distances.append(report.least_distance)
     assert world.intersecting_faces() == []
-    assert (min(distances) < np.inf) == ("intersection_free" in contact)
+    assert 0 < min(distances) < np.inf
+    assert 0 < len(world.within(0, 1, 0.02)) < len(world.within(0, 1, 0.1))

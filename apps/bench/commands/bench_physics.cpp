@@ -67,7 +67,7 @@ std::vector<std::string> names() {
 void add_bench_physics(CLI::App& app, Output& out) {
     auto arguments = std::make_shared<PhysicsArguments>();
     CLI::App* command = app.add_subcommand(
-        "physics", "Compares motions with what is true of them, over sizes, steps, stiffnesses and modes");
+        "physics", "Compares motions with what is true of them, over sizes, steps and stiffnesses");
     command->add_option("CHECKS", arguments->checks, "Checks to run; default: all")->check(one_of(names()));
     command->add_flag("--list", arguments->list, "Lists the checks and runs none");
     command->add_flag("--quick", arguments->quick, "Runs a part of each range, some minutes in all");

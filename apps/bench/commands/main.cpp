@@ -50,7 +50,7 @@ std::map<std::string, std::string> gone() {
          "`nbdtree train` with and without --network paper, then `nbdtree evaluate`, compare them"},
         {"strengths",
          "`nbdtree dataset --strength`, `nbdtree train` and `nbdtree evaluate` measure one strength"},
-        {"self", "`nbdtree-bench contact` runs scenes with self_contact, and the tests check its queries"}};
+        {"self", "`nbdtree-bench contact` runs scenes in which bodies meet themselves"}};
 }
 
 nbd::Program describe() {

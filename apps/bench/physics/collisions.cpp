@@ -24,7 +24,7 @@ Collision collide(const PhysicsCase& c) {
     const Solid solid(cube(c), material);
     const Eigen::Matrix3d R = Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 2, 0.5).normalized()).matrix();
     World world =
-        world_of(c, weightless(c),
+        world_of(c, weightless(),
                  {solid.at({0, 0, 0}, {speed, 0, 0}),
                   solid.at(c.size * Eigen::Vector3d(1.45, 0.45, 0.2), {-speed, 0, 0}, {0, 0, 0}, R)});
     const Eigen::Vector3d p0[2]{momentum(world, 0), momentum(world, 1)},

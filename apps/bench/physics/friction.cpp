@@ -61,7 +61,7 @@ Landing land(const PhysicsCase& c) {
     const double along = 3, sound = speed_of_sound(c);
     // An impact at more than a tenth of the speed of sound crushes the slab.
     const double drop = std::min(0.1, std::pow(0.1 * sound, 2) / (2 * standard_gravity));
-    World world = world_of(c, config_of(c), {slab(c).at({0, 0, 0.15 * c.size + drop}, {along, 0, 0})},
+    World world = world_of(c, config_of(), {slab(c).at({0, 0, 0.15 * c.size + drop}, {along, 0, 0})},
                            {floor_plane(c.parameter)});
     const double fall = std::sqrt(2 * drop / standard_gravity),
                  weight = standard_gravity * world.elastic(0).mass();
@@ -76,7 +76,7 @@ Landing land(const PhysicsCase& c) {
 /// The same on a plate that is a body, whose lower side is held.
 Landing land_on_body(const PhysicsCase& c) {
     const double speed = std::min({0.05 * speed_of_sound(c), 1.0, 0.1 * c.size / c.dt});
-    WorldConfig config = weightless(c);
+    WorldConfig config = weightless();
     config.contact.friction = c.parameter;
     const Solid plate(brick(c.size * Eigen::Vector3d(5, 3, 0.5), {10, 6, 1}), plain_material(c));
     WorldBody held = plate.at({0, 0, -0.25 * c.size});
@@ -100,7 +100,7 @@ constexpr double slope = 20 * std::numbers::pi / 180;
 
 /// A world in which a cube stands on a slope that falls along x.
 World world_on_slope(const PhysicsCase& c, double friction) {
-    WorldConfig config = config_of(c);
+    WorldConfig config = config_of();
     config.gravity = standard_gravity * Eigen::Vector3d(std::sin(slope), 0, -std::cos(slope));
     return world_of(c, config, {Solid(cube(c), plain_material(c)).at({0, 0, 0.501 * c.size})},
                     {floor_plane(friction)});

@@ -24,7 +24,7 @@ Solid bar(const PhysicsCase& c) {
 
 /// Weightless and without friction.
 WorldConfig bar_config(const PhysicsCase& c) {
-    WorldConfig config = weightless(c);
+    WorldConfig config = weightless();
     config.contact.friction = 0;
     if (c.variant == second_order) config.step.integrator = TimeIntegrator::bdf2;
     return config;
@@ -78,7 +78,7 @@ struct Rebound {
 Rebound rebound(const PhysicsCase& c) {
     Material material = undamped_material(c);
     material.poisson = 0.3;
-    WorldConfig config = config_of(c);
+    WorldConfig config = config_of();
     if (c.variant == second_order) config.step.integrator = TimeIntegrator::bdf2;
     const double drop = 2.5 * c.size;
     World world = world_of(c, config, {Solid(ball(c.size / 2, 2), material).at({0, 0, drop + c.size / 2})},
@@ -105,7 +105,7 @@ PhysicsOutcome hertz(const PhysicsCase& c) {
     Material material = plain_material(c);
     material.poisson = 0.3;
     const double R = c.size / 2, depth = c.parameter * R;
-    World world(weightless(c));
+    World world(weightless());
     world.add_body(Solid(ball(R, 3, 1.7), material).at({0, 0, 0}));
     // Steps so long that the ball is at rest in each.
     const double dt = 20 * R / speed_of_sound(c), start = 1.01 * R;

@@ -24,17 +24,15 @@ std::vector<PhysicsCase> all_cases(const PhysicsRange& range, int thinning,
     for (const double size : range.sizes)
         for (const double dt : range.steps)
             for (const double young : range.moduli)
-                for (const bool mode : range.modes)
-                    for (const bool is_far : far)
-                        for (const std::string& variant : range.variants)
-                            for (const double parameter : range.parameters)
-                                add({.size = size,
-                                     .dt = dt,
-                                     .young = young,
-                                     .intersection_free = mode,
-                                     .far_body = is_far,
-                                     .variant = variant,
-                                     .parameter = parameter});
+                for (const bool is_far : far)
+                    for (const std::string& variant : range.variants)
+                        for (const double parameter : range.parameters)
+                            add({.size = size,
+                                 .dt = dt,
+                                 .young = young,
+                                 .far_body = is_far,
+                                 .variant = variant,
+                                 .parameter = parameter});
     if (range.far == FarBody::some)
         for (std::size_t k = 0, alone = cases.size(); k < alone; k += 5) {
             PhysicsCase c = cases[k];

@@ -9,10 +9,9 @@ namespace nbd {
 
 /// One point of the range over which a check runs.
 struct PhysicsCase {
-    double size = 0.2;   // of the body, metres; what it measures is the check's
-    double dt = 5e-3;    // seconds
-    double young = 1e5;  // Pa
-    bool intersection_free = false;
+    double size = 0.2;      // of the body, metres; what it measures is the check's
+    double dt = 5e-3;       // seconds
+    double young = 1e5;     // Pa
     bool far_body = false;  // a body a hundred times larger flies by at 100 m/s
     std::string variant{};  // what else differs, for example a law of elasticity; empty: nothing
     double parameter = std::numeric_limits<double>::quiet_NaN();  // of the check; NaN: it has none
@@ -26,7 +25,7 @@ struct PhysicsOutcome {
     std::string note{};  // empty, or one line
 };
 
-/// A law of motion that every mode must meet over the whole range: a row of a table of checks.
+/// A law of motion that must hold over the whole range: a row of a table of checks.
 struct PhysicsCheck {
     std::string name;      // on the command line
     std::string truth;     // one sentence with the formula and its source
@@ -47,7 +46,6 @@ struct PhysicsRange {
     std::vector<double> sizes{0.01, 0.1, 1, 10};
     std::vector<double> steps{1e-4, 1e-3, 5e-3, 2e-2};
     std::vector<double> moduli{1e4, 1e6, 1e9};
-    std::vector<bool> modes{false, true};  // intersection_free
     FarBody far = FarBody::each;
     std::vector<std::string> variants{{}};
     std::vector<double> parameters{std::numeric_limits<double>::quiet_NaN()};

@@ -98,13 +98,10 @@ namespace {
 
 std::string number(double value) { return std::isnan(value) ? "-" : fmt::format("{:.3g}", value); }
 
-const char* mode(const PhysicsCase& at) { return at.intersection_free ? "free" : "default"; }
-
 }  // namespace
 
 std::string describe(const PhysicsCheck& check, const PhysicsCase& at) {
-    std::string text =
-        fmt::format("size {:g} m, dt {:g} ms, {:g} Pa, {}", at.size, 1e3 * at.dt, at.young, mode(at));
+    std::string text = fmt::format("size {:g} m, dt {:g} ms, {:g} Pa", at.size, 1e3 * at.dt, at.young);
     if (!std::isnan(at.parameter)) text += fmt::format(", {} {:g}", check.parameter, at.parameter);
     if (!at.variant.empty()) text += ", " + at.variant;
     if (at.far_body) text += ", a far body";
@@ -138,7 +135,6 @@ Rows physics_rows(std::span<const PhysicsResult> results) {
                             {"size_m", row.at.size},
                             {"dt_s", row.at.dt},
                             {"young_pa", row.at.young},
-                            {"mode", mode(row.at)},
                             {"far_body", row.at.far_body},
                             {"variant", row.at.variant},
                             {"parameter", nullptr},

@@ -114,14 +114,10 @@ WorldBody alone(const std::shared_ptr<const ElasticBody>& elastic) {
     return {.elastic = elastic, .W = body.W, .F = body.surface.F};
 }
 
-WorldConfig config_of(const PhysicsCase& c) {
-    WorldConfig config{.gravity = {0, 0, -standard_gravity}};
-    config.contact.intersection_free = c.intersection_free;
-    return config;
-}
+WorldConfig config_of() { return {.gravity = {0, 0, -standard_gravity}}; }
 
-WorldConfig weightless(const PhysicsCase& c) {
-    WorldConfig config = config_of(c);
+WorldConfig weightless() {
+    WorldConfig config = config_of();
     config.gravity.setZero();
     return config;
 }

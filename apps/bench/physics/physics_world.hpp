@@ -53,10 +53,10 @@ struct Solid {
 WorldBody alone(const std::shared_ptr<const ElasticBody>& elastic);
 
 /// Settings of a case: gravity along -z, all else as by default.
-WorldConfig config_of(const PhysicsCase& c);
+WorldConfig config_of();
 
 /// The same without gravity.
-WorldConfig weightless(const PhysicsCase& c);
+WorldConfig weightless();
 
 /// A world of these bodies and obstacles. The case's far body comes last, if it has one; a force carries its
 /// weight.
@@ -88,8 +88,7 @@ inline const char* const twelve_triangles = "twelve triangles";
 TetMesh bar_mesh(const PhysicsCase& c);
 
 /// What comes to rest in one step so long that inertia vanishes.
-inline const PhysicsRange still_range{
-    .sizes = {1}, .steps = {1e5}, .moduli = {1e7}, .modes = {false}, .far = FarBody::none};
+inline const PhysicsRange still_range{.sizes = {1}, .steps = {1e5}, .moduli = {1e7}, .far = FarBody::none};
 
 /// Bars over Poisson's ratio (the parameter), and over sizes and moduli.
 std::vector<PhysicsCase> bar_cases();

@@ -39,7 +39,7 @@ PhysicsOutcome rest_height(const PhysicsCase& c, const Vector3d& origin) {
     Material material = plain_material(c);
     material.rayleigh_mass = speed_of_sound(c) / c.size;  // comes to rest soon
     const Solid solid(cube(c), material);
-    World world = world_of(c, config_of(c),
+    World world = world_of(c, config_of(),
                            {solid.at(origin + Vector3d(0, 0, c.size * 0.502)),
                             solid.at(origin + Vector3d(0, 0, c.size * (0.502 + 1.002)))},
                            {floor_plane(0.5, origin[2])});
@@ -51,9 +51,9 @@ PhysicsOutcome rest_height(const PhysicsCase& c, const Vector3d& origin) {
 
 /// Way up of the cube's centre, by its size, in the first half second.
 PhysicsOutcome start_on_floor(const PhysicsCase& c) {
-    World world = world_of(c, config_of(c), {Solid(cube(c), plain_material(c)).at({0, 0, c.size / 2})},
+    World world = world_of(c, config_of(), {Solid(cube(c), plain_material(c)).at({0, 0, c.size / 2})},
                            {floor_plane(0.5)});
-    if (c.intersection_free) world.resolve_start();
+    world.part_touching();
     const double start = mass_centre(world, 0)[2];
     double highest = start;
     while (world.time() < 0.5 - c.dt / 2) {
@@ -77,7 +77,7 @@ PhysicsOutcome tower(const PhysicsCase& c) {
     const Solid solid(cube(c, 1), {.young = c.young});
     std::vector<WorldBody> cubes;
     for (int b = 0; b < 5; ++b) cubes.push_back(solid.at({0, 0, c.size * (0.505 + 1.01 * b)}));
-    World world = world_of(c, config_of(c), std::move(cubes), {floor_plane(0.5)});
+    World world = world_of(c, config_of(), std::move(cubes), {floor_plane(0.5)});
     run_until(world, c, 5);
     const Vector3d before = mass_centre(world, 4);
     const double start = world.time();
@@ -105,7 +105,7 @@ PhysicsOutcome arch(const PhysicsCase& c) {
         const Vector3d lift(0, 0, 1.5 * gap * c.size);
         stones.push_back(Solid(std::move(mesh), material).at(lift));
     }
-    World world = world_of(c, config_of(c), std::move(stones), {floor_plane(0.8)});
+    World world = world_of(c, config_of(), std::move(stones), {floor_plane(0.8)});
     const double key = mass_centre(world, wedges / 2)[2];
     const double moved = drift(world, c, wedges / 2, 3, 6, 60) / c.size;
     if (mass_centre(world, wedges / 2)[2] < 0.8 * key) throw std::runtime_error("the arch fell down");
@@ -122,7 +122,7 @@ PhysicsOutcome cards(const PhysicsCase& c) {
     for (const int side : {-1, 1})
         both.push_back(card.at({side * half_width, 0, height}, {0, 0, 0}, {0, 0, 0},
                                Eigen::AngleAxisd(-side * lean, Vector3d::UnitY()).matrix()));
-    World world = world_of(c, config_of(c), std::move(both), {floor_plane(0.7)});
+    World world = world_of(c, config_of(), std::move(both), {floor_plane(0.7)});
     const double moved = drift(world, c, 0, 3, 6, 60) / c.size;
     if (mass_centre(world, 0)[2] < 0.8 * height) throw std::runtime_error("the cards fell down");
     return zero_outcome(moved);
@@ -131,7 +131,7 @@ PhysicsOutcome cards(const PhysicsCase& c) {
 /// parameter: slope in degrees. The coefficient is 1.5 times what rolling needs.
 PhysicsOutcome roll(const PhysicsCase& c) {
     const double slope = c.parameter * std::numbers::pi / 180;
-    WorldConfig config = config_of(c);
+    WorldConfig config = config_of();
     config.gravity = standard_gravity * Vector3d(std::sin(slope), 0, -std::cos(slope));
     const Solid solid(ball(c.size / 2, 3), undamped_material(c));
     World world =
@@ -156,7 +156,7 @@ PhysicsOutcome belt(const PhysicsCase& c) {
     Obstacle moving = floor_plane(mu);
     moving.velocity = {speed, 0, 0};
     World world =
-        world_of(c, config_of(c), {Solid(cube(c), plain_material(c)).at({0, 0, 0.51 * c.size})}, {moving});
+        world_of(c, config_of(), {Solid(cube(c), plain_material(c)).at({0, 0, 0.51 * c.size})}, {moving});
     const double mass = world.elastic(0).mass(), time_to_speed = speed / (mu * standard_gravity);
     run_until(world, c, 0.6 * time_to_speed);
     const Vector3d v = momentum(world, 0) / mass;
@@ -191,9 +191,7 @@ std::vector<PhysicsCheck> rest_checks() {
     std::vector<PhysicsCase> towers = all_cases(
         {.steps = {5e-3, 1e-2, 2e-2}, .moduli = {2e5, 1e7, 1e9}, .far = FarBody::some, .parameters = {20}},
         17, carries_itself(0.02));
-    for (const bool mode : {false, true})
-        towers.push_back(
-            {.size = 0.1, .dt = 1e-2, .young = 2e5, .intersection_free = mode, .parameter = 600});
+    towers.push_back({.size = 0.1, .dt = 1e-2, .young = 2e5, .parameter = 600});
     const PhysicsRange far_away{
         .sizes = {0.1, 10}, .steps = {5e-3}, .moduli = {1e6, 1e9}, .far = FarBody::none};
     return {{"tower", "A tower of five cubes stands for ten minutes: its top drifts by less than 0.1 mm.",

@@ -118,7 +118,7 @@ PhysicsOutcome ringing_energy(const PhysicsCase& c) {
 std::vector<PhysicsCheck> ringing_checks() {
     std::vector<PhysicsCase> bars = bar_cases();
     for (PhysicsCase& c : bars) c.dt = 0;
-    const PhysicsRange periods{.sizes = three_sizes, .steps = {0}, .modes = {false}};
+    const PhysicsRange periods{.sizes = three_sizes, .steps = {0}};
     std::vector<PhysicsCase> lengthwise = all_cases(periods, 5);
     for (PhysicsCase& c : lengthwise) c.dt = 2 * c.size / speed_of_sound(c) / 50;
     return {{"bar_frequencies",

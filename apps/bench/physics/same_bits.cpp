@@ -18,7 +18,7 @@ std::vector<Nodes> pile(const PhysicsCase& c, int threads) {
     arena.execute([&] {
         const Solid solid(cube(c, 8), plain_material(c));
         const Eigen::Matrix3d R = Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 3).normalized()).matrix();
-        World world = world_of(c, config_of(c),
+        World world = world_of(c, config_of(),
                                {solid.at({0, 0, 0.53 * c.size}, {1, 0, -1}),
                                 solid.at(c.size * Eigen::Vector3d(0.2, 0.1, 1.8), {0, 0, -3}, {1, 0, 0}, R)},
                                {floor_plane(0.5)});

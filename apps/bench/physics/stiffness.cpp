@@ -155,7 +155,7 @@ PhysicsOutcome slab_on_jelly(const PhysicsCase& c) {
     WorldBody lower = block.at({0, 0, 0.5 * c.size});
     lower.grips = {
         {.nodes = nodes_at(block.body.tets.X, [&](const Vector3d& p) { return p[2] < -0.49 * c.size; })}};
-    World world = world_of(c, config_of(c), {lower, slab.at({0, 0, c.size * (1.002 + thickness / 2)})});
+    World world = world_of(c, config_of(), {lower, slab.at({0, 0, c.size * (1.002 + thickness / 2)})});
     const double rest = 15 / rate;
     while (world.time() < rest) advance(world, c.dt);
     const Nodes& X = block.body.tets.X;

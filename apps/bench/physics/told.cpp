@@ -41,10 +41,10 @@ std::string says(const fs::path& folder, const std::string& command) {
 }
 
 /// A scene of bodies and what else its JSON has. bodies: the inside of each one's braces, beside its surface.
-std::string scene_text(const PhysicsCase& c, const std::string& bodies, const std::string& more, int frames) {
-    return fmt::format(R"({{"bodies": [{}]{}, "contact": {{"intersection_free": {}}},
+std::string scene_text(const std::string& bodies, const std::string& more, int frames) {
+    return fmt::format(R"({{"bodies": [{}]{},
         "time": {{"dt": 0.005, "frames": {}, "steps_per_frame": 1}}}})",
-                       bodies, more, c.intersection_free, frames);
+                       bodies, more, frames);
 }
 
 std::string body_text(const std::string& surface, double height, double scale, const std::string& material,
@@ -100,7 +100,7 @@ PhysicsOutcome overlap(const PhysicsCase& c) {
     if (c.variant == "half in another") bodies += ", " + body_text("body.obj", 1.05 * c.size, c.size, plain);
     if (c.variant == "inside another")
         bodies += ", " + body_text("body.obj", 0.56 * c.size, 0.3 * c.size, plain);
-    return run_scene(scene_text(c, bodies, floor_text, 1), "resolve_start", "simulate");
+    return run_scene(scene_text(bodies, floor_text, 1), "resolve_start", "simulate");
 }
 
 PhysicsOutcome inversions(const PhysicsCase& c) {
@@ -110,25 +110,25 @@ PhysicsOutcome inversions(const PhysicsCase& c) {
             "region": {{"box": {{"min": [{0}, {0}, {3}], "max": [{1}, {1}, {1}]}}}},
             "translate": [0, 0, {4}], "duration": 0.03}}])",
         -1.1 * half, 1.1 * half, -0.9 * half, 0.9 * half, -1.2 * c.size);
-    return run_scene(scene_text(c, body_text("body.obj", 0, c.size, plain, held), "", 10), "inside out",
+    return run_scene(scene_text(body_text("body.obj", 0, c.size, plain, held), "", 10), "inside out",
                      "simulate");
 }
 
 const std::string pinned_end = R"(, "pins": [{"box": {"min": [-9, -9, -9], "max": [-0.49, 9, 9]}}])";
 
 PhysicsOutcome one_across(const PhysicsCase& c) {
-    return run_scene(scene_text(c, body_text("body.obj", 0, 1, plain, pinned_end), "", 1),
+    return run_scene(scene_text(body_text("body.obj", 0, 1, plain, pinned_end), "", 1),
                      "one tetrahedron thick", c.variant, box_surface({1, 0.1, 0.1}, {1, 1, 1}));
 }
 
 PhysicsOutcome locking(const PhysicsCase& c) {
     const std::string rubber = fmt::format(R"("young": 100000, "poisson": {})", c.parameter);
-    return run_scene(scene_text(c, body_text("body.obj", 0, 1, rubber, pinned_end), "", 1), "Poisson",
+    return run_scene(scene_text(body_text("body.obj", 0, 1, rubber, pinned_end), "", 1), "Poisson",
                      c.variant);
 }
 
 PhysicsOutcome large(const PhysicsCase& c) {
-    return run_scene(scene_text(c, body_text("body.obj", 0, c.size, plain), "", 1), "--scale", c.variant);
+    return run_scene(scene_text(body_text("body.obj", 0, c.size, plain), "", 1), "--scale", c.variant);
 }
 
 std::vector<PhysicsCase> all_quick(PhysicsRange range) {
@@ -148,14 +148,14 @@ std::vector<PhysicsCheck> told_checks() {
              all_quick({.sizes = {0.1}, .variants = {"in the floor", "half in another", "inside another"}}),
              overlap},
             {"told_inversions", "Tetrahedra that end inside out are told with their number.", answer, 0,
-             all_quick({.sizes = {0.1}, .modes = {false}}), inversions},
+             all_quick({.sizes = {0.1}}), inversions},
             {"told_one_across", "A bar of one tetrahedron across that bends is told.", answer, 0,
-             all_quick({.sizes = {1}, .modes = {false}, .variants = commands}), one_across},
+             all_quick({.sizes = {1}, .variants = commands}), one_across},
             {"told_locking", "A Poisson's ratio at which elements lock is told.", answer, 0,
-             all_quick({.sizes = {1}, .modes = {false}, .variants = commands, .parameters = {0.49, 0.499}}),
-             locking, "Poisson's ratio"},
+             all_quick({.sizes = {1}, .variants = commands, .parameters = {0.49, 0.499}}), locking,
+             "Poisson's ratio"},
             {"told_size", "A body of 100 m, where millimetres may be meant, is told.", answer, 0,
-             all_quick({.sizes = {100}, .modes = {false}, .variants = commands}), large}};
+             all_quick({.sizes = {100}, .variants = commands}), large}};
 }
 
 }  // namespace nbd

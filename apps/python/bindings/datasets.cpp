@@ -76,10 +76,9 @@ void produce(const Body& body, const DatasetPlan& plan, const path& file, const 
 
 void make_dataset(const Body& body, const path& file, int trajectories, int frames, std::uint64_t seed,
                   std::optional<double> strength, const Typed<"Union[Path, Mapping[str, Any], None]">& recipe,
-                  double frame_interval, int steps_per_frame, bool self_contact, bool intersection_free,
-                  double held_out, int per_shard, const std::string& licence, const std::string& hold_out,
-                  bool contact_forces, bool stress, bool deformation_gradients, bool contact_edges,
-                  const ProgressFunction& function) {
+                  double frame_interval, int steps_per_frame, double held_out, int per_shard,
+                  const std::string& licence, const std::string& hold_out, bool contact_forces, bool stress,
+                  bool deformation_gradients, bool contact_edges, const ProgressFunction& function) {
     DatasetPlan plan;
     plan.hold_out = hold_out;
     plan.extras.fields[FrameField::contact_forces] = contact_forces;
@@ -92,8 +91,6 @@ void make_dataset(const Body& body, const path& file, int trajectories, int fram
     plan.excitation.frames = frames;
     plan.excitation.frame_interval = frame_interval;
     plan.excitation.steps_per_frame = steps_per_frame;
-    plan.excitation.self_contact = self_contact;
-    plan.excitation.intersection_free = intersection_free;
     plan.excitation.ranges = ranges_from(recipe, strength);
     plan.excitation.seed = seed;
     check_count("trajectories", trajectories, 1'000'000);
@@ -140,12 +137,11 @@ void bind_datasets(py::module_& m) {
           py::arg("trajectories") = defaults.trajectories, py::arg("frames") = defaults.excitation.frames,
           py::arg("seed") = defaults.excitation.seed, py::arg("strength") = py::none(),
           py::arg("recipe") = py::none(), py::arg("frame_interval") = defaults.excitation.frame_interval,
-          py::arg("steps_per_frame") = defaults.excitation.steps_per_frame, py::arg("self_contact") = false,
-          py::arg("intersection_free") = false, py::arg("held_out") = defaults.held_out_share,
-          py::arg("per_shard") = defaults.per_shard, py::arg("licence") = "", py::arg("hold_out") = "",
-          py::arg("contact_forces") = false, py::arg("stress") = false,
-          py::arg("deformation_gradients") = false, py::arg("contact_edges") = false,
-          py::arg("progress") = py::none(),
+          py::arg("steps_per_frame") = defaults.excitation.steps_per_frame,
+          py::arg("held_out") = defaults.held_out_share, py::arg("per_shard") = defaults.per_shard,
+          py::arg("licence") = "", py::arg("hold_out") = "", py::arg("contact_forces") = false,
+          py::arg("stress") = false, py::arg("deformation_gradients") = false,
+          py::arg("contact_edges") = false, py::arg("progress") = py::none(),
           "Simulates trajectories to train on, as `nbdtree dataset` does, with the same bits. "
           "recipe: a recipe file or a dictionary with its keys. progress: a function (what, done, total). "
           "Ctrl-C stops it; the same call continues. licence: what the dataset's card says of it. "

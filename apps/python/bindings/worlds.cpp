@@ -228,11 +228,7 @@ void bind_state(py::class_<WorldObject>& world) {
             refer, of_body, "Masses of the tet nodes [N], kg: a view.")
         .def(
             "surface_positions",
-            [](const UsedWorld& self, int body) {
-                const World& w = self->world;
-                return embedded(w.surface(self->checked(body)).W(), w.state(body).x);
-            },
-            of_body,
+            [](const UsedWorld& self, int body) { return self->world.surface(self->checked(body)); }, of_body,
             "Positions of the surface's vertices [n, 3], metres, counted from `origin`: a new array.")
         .def(
             "drive",
@@ -254,20 +250,20 @@ void bind_state(py::class_<WorldObject>& world) {
 
 void begin_pose_of_world(const UsedWorld& self, int body, const Used<PosedTreeObject>& tree) {
     const CollisionTree& asked = tree->tree.tree();
-    const ContactSurface& surface = self->world.surface(self->checked(body));
-    if (asked.vertex_count != surface.vertex_count() || asked.faces != surface.F())
+    const ContactShape& shape = self->world.shape(self->checked(body));
+    if (asked.vertex_count != shape.vertex_count() || asked.faces != shape.F)
         throw std::invalid_argument("PosedTree: is of another surface than the body's");
-    if (tree->tree.takes_nodes() && !asked.affine->hangs_by(surface.W().cast<float>()))
+    if (tree->tree.takes_nodes() && !asked.affine->hangs_by(shape.W.cast<float>()))
         throw std::invalid_argument("PosedTree: its affine bounds have other weights than the body");
     tree->pose([&] { self->world.begin_pose(body, tree->tree); }, py::cast(&*self));
     tree->world = self->posing;
     tree->world_changes = self->posing->changes;
 }
 
-std::vector<FacePair> intersecting_bodies(const UsedWorld& self, int a, int b) {
+std::vector<FacePair> near_faces(const UsedWorld& self, int a, int b, std::optional<double> distance) {
     if (self->checked(a) == self->checked(b))
-        throw std::invalid_argument("a and b are one body; allowed: two, or intersecting_faces()");
-    return self->world.intersecting(a, b);
+        throw std::invalid_argument("a and b are one body; allowed: two");
+    return self->world.within(a, b, distance.value_or(self->world.thickness()));
 }
 
 std::vector<std::tuple<int, int, int, int>> faces_that_intersect(const UsedWorld& self) {
@@ -279,8 +275,10 @@ std::vector<std::tuple<int, int, int, int>> faces_that_intersect(const UsedWorld
 
 void bind_queries_of_world(py::class_<WorldObject>& world) {
     world
-        .def("intersecting", &intersecting_bodies, py::arg("a"), py::arg("b"), Computes(),
-             "Intersecting face pairs of two bodies now, found with their bounds.")
+        .def(
+            "within", &near_faces, py::arg("a"), py::arg("b"), py::arg("distance") = py::none(), Computes(),
+            "Face pairs of two bodies at most `distance` metres apart now, found with their bounds; default: "
+            "the distance at which contact begins.")
         .def("intersecting_faces", &faces_that_intersect, Computes(),
              "All faces that intersect, also within a body and with meshes of obstacles, by exact tests: "
              "(body or obstacle, face, body or obstacle, face).")

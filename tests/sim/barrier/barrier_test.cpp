@@ -10,7 +10,6 @@
 
 #include "sim/barrier/edge_mollifier.hpp"
 #include "sim/contact/barrier_law.hpp"
-#include "sim/patches/contact_surface.hpp"
 #include "tests/support/box_body.hpp"
 #include "tests/support/box_mesh.hpp"
 

@@ -113,7 +113,7 @@ class HostProofTest : public testing::TestWithParam<Box> {
         surfaces_.emplace_back(box.shape, box.tets, 0);
         X_ = box.tets.X;
         leaf_of_.resize(surface().F().rows());
-        const WideTree& tree = *surfaces_[0].tree().box_tree();
+        const WideTree& tree = *surfaces_[0].own_tree().box_tree();
         for (int leaf = 0; leaf < tree.leaves(); ++leaf)
             for (int k = 0; k < tree.faces_in[leaf]; ++k) leaf_of_[tree.faces[tree_width * leaf + k]] = leaf;
     }

@@ -91,7 +91,7 @@ TEST(NearFeatures, HoldAllPairsThatComeWithinTheirReach) {
         double least = 1, pair_reach = reach;
         for (int s = 0; s <= 8; ++s) least = std::min(least, distance(pair, surfaces, s / 8.0));
         if (pair.surface_a == pair.surface_b && least < reach)
-            pair_reach = std::min(reach, 0.5 * rest_distance(pair, surfaces));
+            pair_reach = std::min(reach, HostProof::least_share * rest_distance(pair, surfaces));
         if (least > pair_reach) continue;
         EXPECT_TRUE(pairs.contains(pair))
             << pair.surface_a << ' ' << pair.surface_b << ' ' << pair.a << ' ' << pair.b;

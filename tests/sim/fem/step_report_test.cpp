@@ -38,7 +38,7 @@ TEST(StepReport, AddsCountsAndTimesAlone) {
             number.member);
         added += number.adds;
     }
-    EXPECT_EQ(added, 15);
+    EXPECT_EQ(added, 12);
     EXPECT_EQ(sum.solve_us, 2);
     EXPECT_EQ(sum.elastic_energy, 1);
 }

@@ -47,7 +47,7 @@ const std::string full = R"({
                 {"sphere": {"centre": [0, 0, 5], "radius": 2}, "velocity": [0, 1, 0], "start": 1, "stop": 2.5},
                 {"mesh": {"file": "rock.obj", "transform": {"scale": 2}}}],
   "gravity": [0, -9.81, 0],
-  "contact": {"stiffness_scale": 2, "friction": 0.1, "thickness": 0.005, "damping": 0, "contacts_per_node_pair": 7},
+  "contact": {"stiffness_scale": 2, "friction": 0.1, "thickness": 0.005},
   "solver": {"integrator": "bdf2", "tangent": "full", "newton_iterations": 3, "newton_tolerance": 0.01, "max_substeps": 4},
   "time": {"dt": 0.01, "frames": 7, "steps_per_frame": 3},
   "output": {"recording": "out/a.h5", "csv": "a.csv", "vtu": "frames", "obj": "frames", "picture": "a.png"},
@@ -103,7 +103,6 @@ TEST(Scene, ReadsEveryKey) {
     EXPECT_EQ(spec.obstacles[2].mesh, std::filesystem::path("folder/rock.obj"));
     EXPECT_EQ(spec.gravity, Eigen::Vector3d(0, -9.81, 0));
     EXPECT_DOUBLE_EQ(spec.contact.thickness, 0.005);
-    EXPECT_EQ(spec.contact.contacts_per_node_pair, 7);
     EXPECT_EQ(spec.obstacles[1].obstacle.start, 1);
     EXPECT_EQ(spec.obstacles[1].obstacle.stop, 2.5);
     EXPECT_EQ(spec.step.newton_iterations, 3);

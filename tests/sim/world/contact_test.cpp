@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <memory>
+#include <numbers>
 #include <string>
 
 #include "sim/fem/momentum.hpp"
@@ -17,51 +18,40 @@ namespace nbd {
 namespace {
 
 using test::floor_at;
+using test::is_balanced;
 using test::Model;
 using test::turned;
 
-WorldConfig intersection_free(const Eigen::Vector3d& gravity = Eigen::Vector3d::Zero()) {
-    WorldConfig config{.gravity = gravity};
-    config.contact.intersection_free = true;
-    return config;
+WorldConfig with_gravity(const Eigen::Vector3d& gravity = Eigen::Vector3d::Zero()) {
+    return {.gravity = gravity};
 }
 
-bool is_balanced(const WorldReport& report) { return report.failure.empty() && report.rejection.empty(); }
-
-TEST(IntersectionFree, AFastThinSheetDoesNotPassAnother) {
+TEST(Contacts, AFastThinSheetDoesNotPassAnother) {
     const Model sheet({0.8, 0.8, 0.03}, {6, 6, 1}), shot({0.2, 0.2, 0.03}, {2, 2, 1}, {.young = 1e6});
-    const auto fly = [&](bool apart) {
-        WorldConfig config = intersection_free();
-        config.contact.intersection_free = apart;
-        config.contact.thickness = apart ? 0 : 0.004;
-        config.step.max_substeps = 1;
-        World world(config);
-        world.add_body(sheet.at({0, 0, 0}));
-        world.add_body(shot.at({0.03, 0.02, 0.2}, turned(0.3), {0, 0, -60}));
-        double least = 1;
-        for (int i = 0; i < 8; ++i) {
-            const WorldReport report = world.step(5e-3);  // 0.3 m a step: ten thicknesses
-            EXPECT_EQ(report.failure, "");
-            EXPECT_TRUE(world.intersecting(0, 1).empty() || !apart);
-            least = std::min(least, report.least_distance);
-        }
-        if (apart) {
-            EXPECT_GT(least, 0);
-            EXPECT_LT(least, world.thickness());
-        }
-        const std::vector<int> middle = test::nodes_where(
-            sheet.body.tets.X, [](const Eigen::Vector3d& x) { return x.head<2>().norm() < 0.1; });
-        return world.state(1).x.col(2).mean() - world.state(0).x(middle, 2).mean();
-    };
-    EXPECT_GT(fly(true), 0);
-    EXPECT_LT(fly(false), 0);  // the same scene goes wrong without the barrier
+    WorldConfig config = with_gravity();
+    config.step.max_substeps = 1;
+    World world(config);
+    world.add_body(sheet.at({0, 0, 0}));
+    world.add_body(shot.at({0.03, 0.02, 0.2}, turned(0.3), {0, 0, -60}));
+    double least = 1;
+    for (int i = 0; i < 8; ++i) {
+        const WorldReport report = world.step(5e-3);  // 0.3 m a step: ten thicknesses
+        EXPECT_EQ(report.failure, "");
+        EXPECT_TRUE(world.intersecting_faces().empty());
+        least = std::min(least, report.least_distance);
+    }
+    EXPECT_GT(least, 0);
+    EXPECT_LT(least, world.thickness());
+    const std::vector<int> middle = test::nodes_where(
+        sheet.body.tets.X, [](const Eigen::Vector3d& x) { return x.head<2>().norm() < 0.1; });
+    EXPECT_GT(world.state(1).x.col(2).mean(), world.state(0).x(middle, 2).mean());
 }
 
-TEST(IntersectionFree, ABlockRestsAndSlidesOnlyOnSteepSlopes) {
+TEST(Contacts, ABlockRestsAndSlidesOnlyOnSteepSlopes) {
     const Model box({0.4, 0.4, 0.2}, {2, 2, 1}, {.young = 1e6});
     const double slope = 0.35, g = 9.81;  // tan 0.35 = 0.365
     const auto travelled = [&](double friction) {
-        World world(intersection_free({g * std::sin(slope), 0, -g * std::cos(slope)}));
+        World world(with_gravity({g * std::sin(slope), 0, -g * std::cos(slope)}));
         world.add_obstacle(floor_at(0, friction));
         world.add_body(box.at({0, 0, 0.1004}));
         const double start = world.state(0).x.col(0).mean();
@@ -78,9 +68,9 @@ TEST(IntersectionFree, ABlockRestsAndSlidesOnlyOnSteepSlopes) {
 }
 
 /// A strip whose ends are brought together by grips: only contact with itself can keep them apart.
-TEST(IntersectionFree, ABodyMeetsItself) {
+TEST(Contacts, ABodyMeetsItself) {
     const Model strip({1, 0.2, 0.04}, {16, 2, 1}, {.young = 2e5});
-    WorldConfig config = intersection_free();
+    WorldConfig config = with_gravity();
     config.contact.thickness = 0.02;
     World world(config);
     WorldBody body = strip.at({0, 0, 0});
@@ -102,21 +92,45 @@ TEST(IntersectionFree, ABodyMeetsItself) {
     EXPECT_GT(touched, 2);
 }
 
-TEST(IntersectionFree, RefusesAStartThatIntersects) {
-    const Model box({0.6, 0.4, 0.3}, {3, 2, 2});
-    World world(intersection_free());
-    world.add_body(box.at({0, 0, 0}));
-    world.add_body(box.at({0.5, 0.1, 0.05}));
-    const std::string text = test::refusal([&] { world.step(5e-3); });
-    EXPECT_NE(text.find("the start must have none, but "), std::string::npos) << text;
-    EXPECT_NE(text.find(" face pairs intersect: face "), std::string::npos) << text;
-    EXPECT_NE(text.find("`resolve_start` moves bodies apart"), std::string::npos) << text;
-    EXPECT_EQ(world.time(), 0);
+/// A rod along x, bent at its middle into a hairpin whose arms are `gap` apart. height: of the rod, metres.
+Nodes hairpin(const Nodes& X, double height, double gap) {
+    const double radius = (height + gap) / 2, half = std::numbers::pi / 2 * radius;
+    Nodes x = X;
+    for (Eigen::Index i = 0; i < X.rows(); ++i) {
+        const double s = X(i, 0), side = s < 0 ? -1 : 1;
+        const double angle = side * std::min(std::abs(s), half) / radius,
+                     along = std::max(std::abs(s) - half, 0.0);
+        const double out = radius - X(i, 2);  // from the middle of the bend
+        x(i, 0) = out * std::cos(angle) - along;
+        x(i, 2) = out * std::sin(angle);
+    }
+    return x;
 }
 
-TEST(IntersectionFree, FailsWhereGripsForceAnIntersection) {
+TEST(Contacts, ArmsOfABodyThatClapDoNotPassEachOther) {
+    constexpr double height = 0.1;
+    Body body = test::box_body({2, 0.1, height}, {80, 4, 4});
+    body.tets.X.rowwise() -= body.tets.X.colwise().mean().eval();
+    body.tets.X = hairpin(body.tets.X, height, 0.04);
+    World world(with_gravity());
+    WorldBody arms{.elastic = std::make_shared<const ElasticBody>(body), .W = body.W, .F = body.surface.F};
+    arms.state = {body.tets.X, Nodes::Zero(body.tets.X.rows(), 3)};
+    for (Eigen::Index i = 0; i < body.tets.X.rows(); ++i)
+        if (body.tets.X(i, 0) < -0.3) arms.state.v(i, 2) = body.tets.X(i, 2) < 0 ? 1 : -1;
+    world.add_body(std::move(arms));
+    int contacts = 0;
+    for (int step = 0; step < 40; ++step) {
+        const WorldReport report = world.step(2e-3);
+        EXPECT_EQ(report.failure, "");
+        contacts += report.contacts;
+        EXPECT_TRUE(world.intersecting_faces().empty()) << step;
+    }
+    EXPECT_GT(contacts, 100);
+}
+
+TEST(Contacts, FailsWhereGripsForceAnIntersection) {
     const Model box({0.4, 0.4, 0.4}, {2, 2, 2});
-    World world(intersection_free());
+    World world(with_gravity());
     WorldBody still = box.at({0, 0, 0}), pushed = box.at({0.41, 0, 0});
     std::vector<int> all;
     for (int i = 0; i < still.state.x.rows(); ++i) all.push_back(i);
@@ -128,15 +142,15 @@ TEST(IntersectionFree, FailsWhereGripsForceAnIntersection) {
     for (int i = 0; i < 10 && report.failure.empty(); ++i) report = world.step(5e-3);
     EXPECT_NE(report.failure.find("of their way without an intersection"), std::string::npos)
         << report.failure;
-    EXPECT_TRUE(world.intersecting(0, 1).empty());
+    EXPECT_TRUE(world.intersecting_faces().empty());
 }
 
 /// Nothing that the detection along the way lets through is kept. It lets nothing through from a start
 /// without intersections, so that one is made behind the world's back, of faces whose corners and sides stay
 /// far apart.
-TEST(IntersectionFree, AnEndThatIntersectsIsRefused) {
+TEST(Contacts, AnEndThatIntersectsIsRefused) {
     const Model box({0.4, 0.4, 0.4}, {1, 1, 1});
-    World world(intersection_free());
+    World world(with_gravity());
     world.add_body(box.at({0, 0, 0}));
     world.add_body(box.at({1, 0.05, 0.07}, turned(0.3)));
     ASSERT_TRUE(is_balanced(world.step(1e-3)));
@@ -152,7 +166,7 @@ TEST(IntersectionFree, AnEndThatIntersectsIsRefused) {
     EXPECT_TRUE(world.state(1).x == before.x);
 }
 
-TEST(IntersectionFree, StepsAreTheSameOnAnyNumberOfThreadsAndFromASnapshot) {
+TEST(Contacts, StepsAreTheSameOnAnyNumberOfThreadsAndFromASnapshot) {
     const Model box({0.6, 0.4, 0.3}, {3, 2, 2});
     const auto fill = [&](World& world) {
         world.add_obstacle(floor_at(-0.2));
@@ -160,13 +174,13 @@ TEST(IntersectionFree, StepsAreTheSameOnAnyNumberOfThreadsAndFromASnapshot) {
         world.add_body(box.at({0.72, 0.1, 0.05}, turned(-0.5), {-1.8, 0, 0.1}));
     };
     const auto run = [&](bool cut) {
-        auto world = std::make_unique<World>(intersection_free({0, 0, -9.81}));
+        auto world = std::make_unique<World>(with_gravity({0, 0, -9.81}));
         fill(*world);
         int contacts = 0;
         for (int i = 0; i < 24; ++i) {
             if (cut && i == 14) {
                 const WorldSnapshot snapshot = world->snapshot();
-                world = std::make_unique<World>(intersection_free({0, 0, -9.81}));
+                world = std::make_unique<World>(with_gravity({0, 0, -9.81}));
                 fill(*world);
                 world->restore(snapshot);
             }
@@ -184,12 +198,12 @@ TEST(IntersectionFree, StepsAreTheSameOnAnyNumberOfThreadsAndFromASnapshot) {
 }
 
 /// An undamped bar of half a metre hits a frictionless floor lengthwise at 1 m/s, and leaves it.
-TEST(IntersectionFree, TheSecondOrderRuleKeepsTheEnergyOfAnImpact) {
+TEST(Contacts, TheSecondOrderRuleKeepsTheEnergyOfAnImpact) {
     const Model bar(
         {0.5, 0.1, 0.1}, {10, 2, 2},
         {.young = 1e6, .poisson = 0, .density = 1000, .rayleigh_mass = 0, .rayleigh_stiffness = 0});
     const auto leaves = [&](TimeIntegrator integrator) {
-        WorldConfig config = intersection_free();
+        WorldConfig config = with_gravity();
         config.step.integrator = integrator;
         World world(config);
         world.add_obstacle({.shape = PlaneShape{.point = {-0.25 - 1e-3, 0, 0}, .normal = {1, 0, 0}}});
@@ -209,44 +223,10 @@ TEST(IntersectionFree, TheSecondOrderRuleKeepsTheEnergyOfAnImpact) {
     EXPECT_LT(second_order, 1);
 }
 
-TEST(IntersectionFree, AStartThatIntersectsIsMended) {
-    const Model box({0.4, 0.4, 0.4}, {2, 2, 2});
-    World world(intersection_free());
-    world.add_obstacle(floor_at(-0.15));
-    world.add_body(box.at({0, 0, 0}));
-    world.add_body(box.at({0.3, 0.1, 0.1}, turned(0.4)));
-    world.add_body(box.at({3, 0, 0.5}));
-    EXPECT_NE(test::refusal([&] { world.check_start(); }), "");
-    const std::vector<StartMove> moves = world.resolve_start();
-    ASSERT_EQ(moves.size(), 2u);
-    EXPECT_EQ(moves[0].body, 0);
-    EXPECT_GT(moves[0].by.z(), 0.05);  // out of the floor
-    EXPECT_EQ(moves[1].body, 1);
-    EXPECT_LT(moves[1].by.norm(), 0.5);
-    world.check_start();
-    EXPECT_TRUE(is_balanced(world.step(1e-3)));
-    EXPECT_TRUE(world.resolve_start().empty());
-}
-
-TEST(IntersectionFree, BodiesNearerThanTheFloorAreRefusedAndMovedApart) {
-    const Model box({0.4, 0.4, 0.4}, {2, 2, 2});
-    World world(intersection_free());
-    world.add_body(box.at({0, 0, 0}));
-    world.add_body(box.at({0.4 + 1e-8, 0.1, 0}));
-    const std::string text = test::refusal([&] { world.step(1e-3); });
-    EXPECT_NE(text.find("surfaces must start apart"), std::string::npos) << text;
-    EXPECT_NE(text.find("`resolve_start` moves bodies apart"), std::string::npos) << text;
-    const std::vector<StartMove> moves = world.resolve_start();
-    ASSERT_EQ(moves.size(), 2u);
-    EXPECT_LT(moves[0].by.norm(), 2 * world.thickness());
-    EXPECT_TRUE(is_balanced(world.step(1e-3)));
-    EXPECT_LT(world.state(1).v.cwiseAbs().maxCoeff(), 1e-9);
-}
-
 /// At the distance at which the barrier begins to press, a body only sinks a little.
-TEST(IntersectionFree, ABodyAtTheBarriersDistanceDoesNotHop) {
+TEST(Contacts, ABodyAtTheBarriersDistanceDoesNotHop) {
     const Model box({0.4, 0.4, 0.2}, {2, 2, 1}, {.young = 1e6});
-    WorldConfig config = intersection_free({0, 0, -9.81});
+    WorldConfig config = with_gravity({0, 0, -9.81});
     config.contact.thickness = 6e-4;
     World world(config);
     world.add_obstacle(floor_at(0));
@@ -258,63 +238,9 @@ TEST(IntersectionFree, ABodyAtTheBarriersDistanceDoesNotHop) {
     }
 }
 
-TEST(IntersectionFree, HeldBodiesAreNotMovedApart) {
+TEST(Contacts, FacesThatTouchAtRestDoNotPress) {
     const Model box({0.4, 0.4, 0.4}, {2, 2, 2});
-    World world(intersection_free());
-    for (const double x : {0.0, 0.3}) {
-        WorldBody body = box.at({x, 0, 0});
-        body.grips = {{.nodes = {0}}};
-        world.add_body(std::move(body));
-    }
-    EXPECT_NE(test::refusal([&] { world.resolve_start(); }).find("bodies cannot be moved apart"),
-              std::string::npos);
-}
-
-TEST(IntersectionFree, AStartInAnObstacleIsRefused) {
-    const Model box({0.4, 0.4, 0.4}, {2, 2, 2});
-    const auto refused = [&](const Obstacle& obstacle) {
-        World world(intersection_free());
-        world.add_obstacle(obstacle);
-        world.add_body(box.at({0, 0, 0}));
-        return test::refusal([&] { world.check_start(); });
-    };
-    EXPECT_NE(refused(floor_at(-0.19)).find("surfaces must start apart"), std::string::npos);
-    EXPECT_EQ(refused(floor_at(-0.21)), "");
-    EXPECT_NE(refused({.shape = BallShape{.centre = {0.3, 0.2, 0.2}, .radius = 0.15}}), "");
-    const TriMesh mesh{(0.5 * box.body.surface.X).rowwise() + Eigen::RowVector3d(0.25, 0, 0),
-                       box.body.surface.F};
-    EXPECT_NE(refused({.shape = std::make_shared<const StaticSurface>(mesh)}).find("obstacle mesh 0"),
-              std::string::npos);
-}
-
-TEST(IntersectionFree, BodiesLeaveMeshesByTheShortestWay) {
-    const Model box({0.4, 0.4, 0.4}, {2, 2, 2});
-    const Body ground = test::box_body({10, 10, 1}, {8, 8, 1});
-    World world(intersection_free());
-    world.add_obstacle(
-        {.shape = std::make_shared<const StaticSurface>(
-             TriMesh{ground.surface.X.rowwise() - ground.surface.X.colwise().mean(), ground.surface.F})});
-    world.add_body(box.at({3, 0, 0.65}, turned(0.3)));
-    const std::vector<StartMove> moves = world.resolve_start();
-    ASSERT_EQ(moves.size(), 1u);
-    EXPECT_LT(moves[0].by.head<2>().norm(), 1e-6);
-    EXPECT_LT(moves[0].by.z(), 0.3);
-    world.check_start();
-}
-
-TEST(IntersectionFree, ABodyThatIsStuckBetweenPlanesIsNotMended) {
-    const Model box({0.4, 0.4, 0.4}, {2, 2, 2});
-    World world(intersection_free());
-    world.add_obstacle(floor_at(-0.1));
-    world.add_obstacle({.shape = PlaneShape{.point = {0, 0, 0.1}, .normal = -Eigen::Vector3d::UnitZ()}});
-    world.add_body(box.at({0, 0, 0}));
-    EXPECT_NE(test::refusal([&] { world.resolve_start(); }).find("cannot be moved out of obstacles"),
-              std::string::npos);
-}
-
-TEST(IntersectionFree, FacesThatTouchAtRestDoNotPress) {
-    const Model box({0.4, 0.4, 0.4}, {2, 2, 2});
-    World world(intersection_free());
+    World world(with_gravity());
     WorldBody body = box.at({0, 0, 0});
     // Two neighbours in one place.
     std::vector<Eigen::Triplet<double>> weights;

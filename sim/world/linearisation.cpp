@@ -1,4 +1,4 @@
-// The velocities at the end of one part of a step: linearised once, or iterated with a line search.
+// The linear systems of a part of a step, what is prescribed in it, and how far from balance an iterate is.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -68,68 +68,6 @@ void World::build_systems(const std::vector<PrescribedNodes>& given, const Eigen
                              iterate ? body_part(b, *iterate) : first_iterate(body), config_.step.tangent);
     }
     for (std::size_t b = 0; b < bodies_.size(); ++b) systems_[b].prescribe(given[b]);
-}
-
-/// v: out, the unknowns of the step (see TimeStep). Throws std::runtime_error where a factorisation fails.
-World::Rejection World::solve(double dt, Eigen::VectorXd& v, WorldReport& report) {
-    std::vector<const ContactSurface*> surfaces;
-    std::vector<PrescribedNodes> given;
-    for (const Body& body : bodies_) {
-        surfaces.push_back(&body.surface);
-        given.push_back(prescribed(body, dt));
-    }
-    v = stacked(&World::first_iterate, given);
-    const int max_iterations = config_.step.newton_iterations;
-    timed(report.solve_us, [&] {
-        contacts_.assign(detection_.contacts().begin(), detection_.contacts().end());
-        for (Contact& contact : contacts_) friction_memory_.recall(contact, slip_length(dt));
-        solver_.begin(contacts_, surfaces, first_unknown_, config_.contact, thickness(), dt, v,
-                      max_iterations > 1);
-    });
-    double left = 0;
-    for (int k = 0; k < max_iterations; ++k) {
-        stop_if_asked();
-        const Eigen::VectorXd from = v;
-        timed(report.assemble_us, [&] { build_systems(given, max_iterations > 1 ? &from : nullptr); });
-        if (k == 0) v = stacked(&World::likely_velocities, given);
-        const ContactSolveReport solved = timed(report.solve_us, [&] { return solver_.solve(systems_, v); });
-        if (!solved.fallback.empty())
-            report.fallback = fmt::format("at {:.6g} s: {}", time_ + dt, solved.fallback);
-        ++report.newton_iterations;
-        report.contacts = solved.active;
-        report.solver_iterations += solved.linear_iterations;
-        report.solver_converged = report.solver_converged && solved.converged;
-        report.contacts_settled = solved.settled;
-        if (!solved.converged)
-            return {.reason = "the linear system was not solved to its tolerance",
-                    .trouble = StepTrouble::linear_solver};
-        if (max_iterations == 1) return {};
-        search_line(from, v);
-        left = residual(v);
-        if (left <= config_.step.newton_tolerance) return {};
-    }
-    return {
-        .reason = fmt::format("Newton's iteration ends with a relative residual of {:.2g}, allowed: {:.2g}",
-                              left, config_.step.newton_tolerance),
-        .trouble = StepTrouble::newton};
-}
-
-/// Halves the distance of `to` from `from` until the potential of the step is no higher than at `from`.
-void World::search_line(const Eigen::VectorXd& from, Eigen::VectorXd& to) {
-    constexpr int max_halvings = 6;
-    const Eigen::VectorXd friction_at = to;
-    const auto potential = [&](const Eigen::VectorXd& v) {
-        double sum = solver_.spring_potential(v) + solver_.friction_potential(v, friction_at);
-        for (int b = 0; b < body_count(); ++b) {
-            const Loads outer = loads(at(b));
-            sum += StepPotential(*at(b).elastic, start_of(at(b)), at(b).start.step, outer,
-                                 systems_[b].elements())
-                       .value(body_part(b, v));
-        }
-        return sum;
-    };
-    const double before = potential(from);
-    for (int k = 0; k < max_halvings && !(potential(to) <= before); ++k) to = (from + to) / 2;
 }
 
 /// Norm of the residual impulse at v of the body that is farthest from balance, relative to its scale, see

@@ -1,4 +1,4 @@
-// One part of a step without intersections: Newton's iteration over bodies that a barrier keeps apart.
+// One part of a step: Newton's iteration over bodies that a barrier keeps apart.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -24,6 +24,12 @@ constexpr double least_progress = 1e-9;  // share of a Newton step that counts a
 
 constexpr const char* way_to_start = "; `resolve_start` moves bodies apart";
 
+/// Whether positions at the end of a step can be told in single precision.
+bool leads_somewhere(double dt, const Eigen::VectorXd& v) {
+    constexpr double farthest = 1e18;  // metres; its square is still finite
+    return v.size() == 0 || (v.allFinite() && dt * v.cwiseAbs().maxCoeff() < farthest);
+}
+
 bool moves(const PrescribedNodes& given) { return !given.v.isZero(0); }
 
 }  // namespace
@@ -33,7 +39,7 @@ Barrier& World::barrier() {
     if (barrier_) return *barrier_;
     auto made = std::make_unique<Barrier>(config_.contact, thickness());
     for (const Body& body : bodies_)
-        made->add_body(body.surface.shape(), body.elastic->rest(), body.contact_young);
+        made->add_body(body.shape, body.elastic->rest(), body.contact_young, body.bounds);
     for (const Obstacle& obstacle : obstacles_) made->add_obstacle(obstacle);
     made->begin();
     barrier_ = std::move(made);
@@ -54,16 +60,15 @@ std::vector<Intersection> World::intersecting_faces() {
 std::vector<Intersection> World::touching_at_rest() { return barrier().touching_at_rest(); }
 
 void World::check_start() {
-    if (!config_.contact.intersection_free || start_is_checked_) return;
+    if (start_is_checked_) return;
     if (const auto found = intersecting_faces(); !found.empty())
-        throw std::invalid_argument(fmt::format("without intersections, the start must have none, but {}{}",
+        throw std::invalid_argument(fmt::format("bodies must start without intersections, but {}{}",
                                                 intersection_text(found, barrier().surfaces()),
                                                 way_to_start));
     barrier().move(nodes_now(), nodes_now(), 0);
     if (!std::isfinite(barrier().energy(0)))
         throw std::invalid_argument(fmt::format(
-            "without intersections, surfaces must start apart, but the nearest are {:.2g} m apart; "
-            "allowed: more than {:.2g} m{}",
+            "surfaces must start apart, but the nearest are {:.2g} m apart; allowed: more than {:.2g} m{}",
             barrier().least_distance(), barrier().floor(), way_to_start));
     start_is_checked_ = true;
 }
@@ -81,13 +86,13 @@ Eigen::VectorXd World::leads(double dt) const {
 /// Contacts of the iterate v, after a share of the motion proposed last, with the gaps that linear motion
 /// from the start of the step would have. progress: how far obstacles have come.
 std::vector<Contact> World::contacts_at(double dt, const Eigen::VectorXd& v, double share, double progress,
-                                        std::span<const ContactSurface* const> surfaces) {
+                                        std::span<const ContactShape* const> shapes) {
     std::vector<Contact> contacts = barrier().contacts(share);
     const Eigen::VectorXd lead = leads(dt);
     ContactTerms terms;
     for (std::size_t c = 0; c < contacts.size(); ++c) {
         Contact& contact = contacts[c];
-        terms.add(contact, surfaces, first_unknown_);
+        terms.add(contact, shapes, first_unknown_);
         const Eigen::Vector3d led = terms.velocity(c, lead),
                               moved = terms.velocity(c, v) + led - progress * contact.wall_velocity;
         contact.gap -= dt * contact.normal.dot(moved);
@@ -100,10 +105,10 @@ std::vector<Contact> World::contacts_at(double dt, const Eigen::VectorXd& v, dou
 /// By how much contacts at v, the end of the motion proposed last, press otherwise than was solved for, as a
 /// share of the impulses on a body.
 double World::contact_error(double dt, const Eigen::VectorXd& v,
-                            std::span<const ContactSurface* const> surfaces) {
+                            std::span<const ContactShape* const> shapes) {
     const std::vector<Contact> contacts = barrier().contacts(1);
     ContactTerms terms;
-    for (const Contact& contact : contacts) terms.add(contact, surfaces, first_unknown_);
+    for (const Contact& contact : contacts) terms.add(contact, shapes, first_unknown_);
     terms.hold(systems_);
     Eigen::VectorXd error = -solver_.normal_impulses(v);
     for (std::size_t c = 0; c < contacts.size(); ++c) {
@@ -121,21 +126,21 @@ double World::trusted_share(double dt, const Eigen::VectorXd& v, const Eigen::Ve
         const Nodes way = dt * body_part(b, to - v);
         const Eigen::RowVector3d mean = way.colwise().mean();
         const double most = (way.rowwise() - mean).rowwise().norm().maxCoeff();
-        if (const double allowed = at(b).surface.rest_diagonal(); most > allowed)
+        if (const double allowed = at(b).shape->rest_diagonal; most > allowed)
             share = std::min(share, allowed / most);
     }
     return share;
 }
 
-/// A step with contacts linearised at its start, as in solve(). Where they lead nowhere near an intersection
-/// and press at the end as was solved for, it is done. If not, it goes as far as nothing collides, and is
+/// A part with contacts linearised at its start. Where they lead nowhere near an intersection and press at
+/// the end as was solved for, it is done. If not, it goes as far as nothing collides, and is
 /// linearised there. v: out, the velocities at the end of the part.
-World::Rejection World::solve_apart(const StepPart& part, Eigen::VectorXd& v, WorldReport& report) {
+World::Rejection World::solve(const StepPart& part, Eigen::VectorXd& v, WorldReport& report) {
     const double dt = part.dt;
-    std::vector<const ContactSurface*> surfaces;
+    std::vector<const ContactShape*> shapes;
     std::vector<PrescribedNodes> given;
     for (const Body& body : bodies_) {
-        surfaces.push_back(&body.surface);
+        shapes.push_back(body.shape.get());
         given.push_back(prescribed(body, dt));
     }
     const bool is_newton = config_.step.newton_iterations > 1;
@@ -145,17 +150,19 @@ World::Rejection World::solve_apart(const StepPart& part, Eigen::VectorXd& v, Wo
     v = -leads(dt);
     // How far grips and obstacles have come.
     double progress = barrier().obstacles_move() || std::ranges::any_of(given, moves) ? 0 : 1;
+    constexpr const char* too_large = "the velocities of the step are too large, or not finite";
+    if (!leads_somewhere(dt, to)) return {.reason = too_large, .fatal = true};
     look(dt, v, to, progress, report);
     double share = 0, moved = 0, error = 0;
     double allowed = is_newton ? config_.step.newton_tolerance : contact_share;
     for (int k = 0;; ++k) {
         stop_if_asked();
-        timed(report.detect_us, [&] { contacts_ = contacts_at(dt, v, share, progress, surfaces); });
+        timed(report.detect_us, [&] { contacts_ = contacts_at(dt, v, share, progress, shapes); });
         timed(report.solve_us, [&] {
             if (k > 0)
                 solver_.set_contacts(contacts_, v);
             else
-                solver_.begin(contacts_, surfaces, first_unknown_, config_.contact, thickness(), dt,
+                solver_.begin(contacts_, shapes, first_unknown_, config_.contact.tolerance, dt,
                               stacked(&World::first_iterate, given), is_newton);
         });
         if (is_newton && k > 0 && progress == 1) {
@@ -172,18 +179,19 @@ World::Rejection World::solve_apart(const StepPart& part, Eigen::VectorXd& v, Wo
         report.contacts_settled = solved.settled;
         ++report.newton_iterations;
         report.solver_iterations += solved.linear_iterations;
+        if (!leads_somewhere(dt, to)) return {.reason = too_large, .fatal = true};
         const double trusted = trusted_share(dt, v, to);
         if (trusted < 1) to = v + trusted * (to - v);
         share = propose(dt, v, to, progress, report);
         if (share == 1 && trusted == 1 && !is_newton) {
-            error = timed(report.detect_us, [&] { return contact_error(dt, to, surfaces); });
+            error = timed(report.detect_us, [&] { return contact_error(dt, to, shapes); });
             if (solved.settled && error <= allowed) {
                 v = to;
                 return {};
             }
             allowed *= 2;
         }
-        if (k > 0 && progress == 1) share = search_apart(v, to, share);
+        if (k > 0 && progress == 1) share = search_line(v, to, share);
         v += share * (to - v);
         to = v;
         progress = share == 1 ? 1 : progress + share * (1 - progress);
@@ -222,7 +230,7 @@ double World::propose(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd
 /// The largest of share, share / 2, share / 4 ... at which the potential of the step is no higher than at v,
 /// as far as rounding lets one tell. The way to `to` leads downwards: it lowers the quadratic model of the
 /// linearisation, whose matrix is positive definite.
-double World::search_apart(const Eigen::VectorXd& v, const Eigen::VectorXd& to, double share) {
+double World::search_line(const Eigen::VectorXd& v, const Eigen::VectorXd& to, double share) {
     const auto potentials = [&](double s) {  // of the barrier, friction and each body
         const Eigen::VectorXd at_s = v + s * (to - v);
         std::vector<double> terms{barrier().energy(s), solver_.friction_potential(at_s, to)};
