@@ -96,6 +96,13 @@ DatasetManifest standing_manifest(const std::filesystem::path& view) {
     }
 }
 
+/// Edges of contact are those of the body's own surface.
+ExcitationConfig excitation_of(const DatasetPlan& plan) {
+    ExcitationConfig config = plan.excitation;
+    config.own_surface = plan.extras.contact_edges;
+    return config;
+}
+
 }  // namespace
 
 Producer::Producer(Body body, const DatasetPlan& plan, ShardFolder folder, ProducerHooks hooks)
@@ -104,7 +111,7 @@ Producer::Producer(Body body, const DatasetPlan& plan, ShardFolder folder, Produ
       key_(plan_key(plan_text_)),
       body_hash_(body_hash(body)),
       body_(std::move(body)),
-      excitation_(body_, plan.excitation),
+      excitation_(body_, excitation_of(plan)),
       tree_(shared_exact_tree(body_.surface.X.cast<float>(), body_.surface.F)),
       folder_(std::move(folder)),
       claims_(folder_.claims()),

@@ -163,7 +163,8 @@ class Draw {
             const double from_end = (end < 0 ? along[i] - low : low + span - along[i]) / span;
             if (from_end <= share) grip.nodes.push_back(i);
         }
-        grip.centre = x_(grip.nodes, Eigen::all).colwise().mean().transpose();
+        const Nodes held = x_(grip.nodes, Eigen::all);
+        grip.centre = held.colwise().mean().transpose();
         return grip;
     }
 

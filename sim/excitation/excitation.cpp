@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "meshing/body/make_body.hpp"
 #include "sim/world/hang_on_body.hpp"
 #include "sim/world/start_check.hpp"
 
@@ -50,6 +51,19 @@ std::shared_ptr<const CollisionTree> make_tree(const Body& body) {
     return std::make_shared<const CollisionTree>(std::move(tree));
 }
 
+/// The body with the surface by which it makes contact.
+std::shared_ptr<const Body> contact_body(const std::shared_ptr<const Body>& body, bool own_surface) {
+    constexpr Eigen::Index many = 4;  // times the vertices of the boundary
+    if (own_surface) return body;
+    try {
+        Body boundary = make_body(body->name, body->tets, body->material);
+        if (body->W.rows() > many * boundary.W.rows())
+            return std::make_shared<const Body>(std::move(boundary));
+    } catch (const std::invalid_argument&) {  // tetrahedra whose boundary is no closed surface
+    }
+    return body;
+}
+
 World make_world(const Recipe& recipe, const Body& body, const std::shared_ptr<const ElasticBody>& elastic,
                  const std::shared_ptr<const CollisionTree>& tree,
                  const std::shared_ptr<RestHierarchies>& hierarchies) {
@@ -60,7 +74,8 @@ World make_world(const Recipe& recipe, const Body& body, const std::shared_ptr<c
     config.hierarchies = hierarchies;
     World world(config);
     for (Obstacle& obstacle : recipe_obstacles(recipe)) world.add_obstacle(std::move(obstacle));
-    const Nodes X = body.tets.X.rowwise() - body.tets.X.colwise().mean();
+    const Eigen::RowVector3d centre = body.tets.X.colwise().mean();
+    const Nodes X = body.tets.X.rowwise() - centre;
     const WorldBody any{
         .elastic = elastic, .W = body.W, .F = body.surface.F, .tree = tree, .bounds = BoundKind::automatic};
     WorldBody self = any;
@@ -85,11 +100,12 @@ Excitation::Excitation(Body body, const ExcitationConfig& config)
       config_(config),
       elastic_(std::make_shared<const ElasticBody>(*body_)),
       recipes_(body_, config),
-      tree_(make_tree(*body_)),
+      contact_(contact_body(body_, config.own_surface)),
+      tree_(make_tree(*contact_)),
       hierarchies_(std::make_shared<RestHierarchies>()) {}
 
 World Excitation::start(int index) const {
-    return make_world(recipes_.draw(index), *body_, elastic_, tree_, hierarchies_);
+    return make_world(recipes_.draw(index), *contact_, elastic_, tree_, hierarchies_);
 }
 
 TrajectoryResult Excitation::run(int index, const OnFrame& on_frame, int steps_per_frame) const {
@@ -99,7 +115,7 @@ TrajectoryResult Excitation::run(int index, const OnFrame& on_frame, int steps_p
             fmt::format("excitation: {} steps per frame, but must be > 0", steps_per_frame));
     const Recipe recipe = recipes_.draw(index);
     TrajectoryResult result;
-    World world = make_world(recipe, *body_, elastic_, tree_, hierarchies_);
+    World world = make_world(recipe, *contact_, elastic_, tree_, hierarchies_);
     for (const StartFault& fault : start_faults(world, {"the body", "the thrown copy"}))
         if (fault.overlaps && result.start_fault.empty()) result.start_fault = fault.text;
     try {

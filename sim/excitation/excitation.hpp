@@ -31,6 +31,9 @@ using OnFrame = std::function<void(const ExcitedFrame&)>;
 
 /// Training trajectories of one body. All members are const: trajectories may run in any order and in several
 /// threads at once, and give the same bits.
+///
+/// A body whose surface has many times the vertices of its tetrahedra's boundary makes contact by that
+/// boundary, which costs far less and keeps the surface inside apart, too, unless tetrahedra are inside out.
 class Excitation {
  public:
     /// Throws std::invalid_argument for an unusable body or number.
@@ -52,6 +55,7 @@ class Excitation {
     ExcitationConfig config_;
     std::shared_ptr<const ElasticBody> elastic_;
     RecipeBook recipes_;
+    std::shared_ptr<const Body> contact_;  // with the surface that makes contact
     std::shared_ptr<const CollisionTree> tree_;
     std::shared_ptr<RestHierarchies> hierarchies_;
 };

@@ -21,6 +21,8 @@ struct ExcitationConfig {
     int frames = 50;            // frames per trajectory, > 0
     double frame_interval = 0;  // seconds; 0: a fifth of the time that sound needs to cross the body
     int steps_per_frame = 2;    // > 0
+    bool own_surface =
+        false;  // whether a surface much finer than the tetrahedra makes contact, see Excitation
     RecipeRanges ranges{};
     std::uint64_t seed = 1;
 };
