@@ -49,6 +49,19 @@ double strain(const ElasticBody& body, const Nodes& x) {
     return largest;
 }
 
+TEST(Excitation, AMuchFinerSurfaceMakesContactByTheTetrahedrasBoundary) {
+    const Body fine = test::fine_box_body({1, 0.3, 0.25}, {6, 2, 2}, 2);
+    ExcitationConfig config = short_run();
+    const Excitation by_boundary(fine, config);
+    config.own_surface = true;
+    const Excitation by_surface(fine, config);
+    EXPECT_EQ(by_surface.start(0).shape(0).vertex_count(), fine.W.rows());
+    EXPECT_EQ(by_boundary.start(0).shape(0).vertex_count(), bar().W.rows());
+    EXPECT_EQ(Excitation(bar(), {}).start(0).shape(0).vertex_count(), bar().W.rows());
+    // Nothing but contact depends on it.
+    for (int index = 0; index < 10; ++index) EXPECT_EQ(by_boundary.recipe(index), by_surface.recipe(index));
+}
+
 TEST(Recipe, AlternatesKindsAndDrawsNumbersFromTheIndex) {
     const RecipeBook recipes = bar_recipes();
     std::set<RecipeKind> kinds;
