@@ -20,7 +20,7 @@ void tell_start(const std::string& scene, const SceneSpec& spec, std::span<const
 /// empty if an earlier part of the run had it.
 void tell_trouble(const StepTotals& total, const std::string& reason, const Output& out);
 
-/// Prints the results. size: length that penetration is compared with, metres. output_us: mean time of the
+/// Prints the results. size: length that distances are compared with, metres. output_us: mean time of the
 /// outputs per frame, microseconds.
 void tell_results(const SceneOutput& paths, int frames, const StepTotals& total, double size,
                   double output_us, const Output& out);

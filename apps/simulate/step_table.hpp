@@ -20,8 +20,8 @@ struct StepRow : StepReport {
 
 /// A whole run.
 struct StepTotals {
-    /// Counts and times are sums, `time` is that of the last step; the largest penetration, the least
-    /// distance and the most tetrahedra that were inside out at the end of a step.
+    /// Counts and times are sums, `time` is that of the last step; the least distance and the most tetrahedra
+    /// that were inside out at the end of a step.
     StepReport all{};
     int steps = 0, frames_in_contact = 0;
     int troubled_steps = 0;

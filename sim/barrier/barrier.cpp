@@ -177,7 +177,7 @@ const Barrier::Wall* Barrier::wall_of(const MovingSurface& surface) const {
     return &*std::ranges::find(walls_, number, &Wall::surface);
 }
 
-/// A layer of this thickness under the area, as in contacts without a barrier.
+/// A layer as thick as the reach under the area.
 BarrierLaw Barrier::law(double young, double area, double reach) const {
     return {.reach = reach,
             .floor = floor_share * reach,

@@ -1,6 +1,7 @@
 #include "sim/barrier/feature_boxes.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "collision/continuous/feature_pair.hpp"

@@ -133,7 +133,7 @@ void MovingSurface::begin_step(PosedTree& tree) const {
 
 void MovingSurface::be_exact(bool exact) {
     exact_tree_.reset();
-    if (exact) exact_tree_.emplace(nbd::exact(shared_tree_, hangs_on_nodes_));
+    if (exact && nbd::can_miss(tree_.kind())) exact_tree_.emplace(nbd::exact(shared_tree_, hangs_on_nodes_));
 }
 
 void MovingSurface::move(Nodes begin, Nodes end) {

@@ -1,6 +1,7 @@
 #include "sim/barrier/near_features.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "collision/base/stopwatch.hpp"
@@ -185,8 +186,12 @@ void NearFeatureSearch::ask_trees(std::vector<MovingSurface>& surfaces, double r
     found_.clear();
     references_.clear();
     deviations_.assign(surfaces.size(), {});
-    for (const MovingSurface& s : surfaces)
+    bool is_finite = true;
+    for (const MovingSurface& s : surfaces) {
         references_.push_back({s.begin_points(), s.end_points() - s.begin_points()});
+        is_finite = is_finite && references_.back().begin.allFinite() && references_.back().way.allFinite();
+    }
+    if (!is_finite) references_.clear();  // serves no other motion
     candidates_.clear();
     const auto add = [&](int a, int b, const auto& query) {
         const std::span<const FacePair> pairs = timed(costs_.collision_us, query);

@@ -53,8 +53,10 @@ std::shared_ptr<const CollisionTree> make_tree(const Body& body) {
 
 /// The body with the surface by which it makes contact.
 std::shared_ptr<const Body> contact_body(const std::shared_ptr<const Body>& body, bool own_surface) {
-    constexpr Eigen::Index many = 4;  // times the vertices of the boundary
-    if (own_surface) return body;
+    constexpr Eigen::Index many = 4;   // times the vertices of the boundary
+    constexpr double outside = -1e-6;  // weight of a vertex that is not inside
+    const bool is_inside = body->W.nonZeros() > 0 && body->W.coeffs().minCoeff() >= outside;
+    if (own_surface || !is_inside) return body;
     try {
         Body boundary = make_body(body->name, body->tets, body->material);
         if (body->W.rows() > many * boundary.W.rows())

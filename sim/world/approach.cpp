@@ -1,7 +1,6 @@
 // Approaches to spheres that are too fast for a step, which the barrier does not see.
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
 #include <optional>

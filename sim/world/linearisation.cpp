@@ -1,12 +1,7 @@
 // The linear systems of a part of a step, what is prescribed in it, and how far from balance an iterate is.
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
-#include "collision/base/stop.hpp"
-#include "collision/base/stopwatch.hpp"
 #include "sim/fem/step_system.hpp"
 #include "sim/world/world.hpp"
 

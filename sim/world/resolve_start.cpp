@@ -1,6 +1,7 @@
 // Moves bodies apart before the first step.
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
 #include <map>
@@ -67,6 +68,7 @@ std::vector<StartMove> World::resolve_start() {
     };
     const double room = 2 * thickness();
     std::vector<Intersection> found;
+    std::vector<Contact> near;
     int stuck = -1;  // a body that is in an obstacle
     for (int round = 0; round < max_rounds; ++round) {
         if (stop_asked()) {
@@ -87,8 +89,9 @@ std::vector<StartMove> World::resolve_start() {
             if (can_move(b)) move(b, -share * by);
         };
         found = intersecting_faces();
+        near.clear();
         if (found.empty()) {
-            const std::vector<Contact> near = too_near();
+            near = too_near();
             if (near.empty() && stuck < 0) break;
             for (const Contact& c : near) part(c.a.body, c.b.body, (room - c.gap) * c.normal);
         }
@@ -103,11 +106,15 @@ std::vector<StartMove> World::resolve_start() {
             part(a.body(), b.body(), way_apart(a, b, intersections, room));
         }
     }
+    if (!found.empty() || !near.empty() || stuck >= 0) reset(start);
     if (!found.empty())
         throw std::invalid_argument(
             fmt::format("bodies cannot be moved apart: {}", intersection_text(found, barrier().surfaces())));
     if (stuck >= 0)
         throw std::invalid_argument(fmt::format("body {} cannot be moved out of obstacles", stuck));
+    if (!near.empty())
+        throw std::invalid_argument(fmt::format("bodies {} and {} cannot be moved apart: they stay too near",
+                                                near.front().a.body, near.front().b.body));
     std::erase_if(moves, [](const StartMove& m) { return m.by.isZero(0); });
     return moves;
 }
@@ -124,8 +131,10 @@ std::vector<StartMove> World::part_touching() {
         const std::vector<StartMove> moves = resolve_start();
         if (std::ranges::all_of(moves, [&](const StartMove& move) {
                 return move.by.norm() <= slight * shape(move.body).rest_diagonal;
-            }))
+            })) {
+            check_start();
             return moves;
+        }
     } catch (const std::invalid_argument&) {  // check_start() says why
     }
     reset(start);
@@ -135,7 +144,8 @@ std::vector<StartMove> World::part_touching() {
 /// The nearest points of every two bodies that are too near to start, without intersecting.
 std::vector<Contact> World::too_near() {
     std::map<std::pair<int, int>, Contact> nearest;
-    barrier().move(nodes_now(), nodes_now(), 0);
+    barrier().be_exact(true);  // until the next part
+    barrier().look(nodes_now(), nodes_now(), 0);
     for (const Contact& contact : barrier().contacts(0)) {
         const int a = contact.a.body, b = contact.b.body;
         if (b < 0 || a == b || contact.gap > 2 * barrier().floor()) continue;

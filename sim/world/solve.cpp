@@ -61,11 +61,12 @@ std::vector<Intersection> World::touching_at_rest() { return barrier().touching_
 
 void World::check_start() {
     if (start_is_checked_) return;
+    barrier().be_exact(true);  // until the next part
     if (const auto found = intersecting_faces(); !found.empty())
         throw std::invalid_argument(fmt::format("bodies must start without intersections, but {}{}",
                                                 intersection_text(found, barrier().surfaces()),
                                                 way_to_start));
-    barrier().move(nodes_now(), nodes_now(), 0);
+    barrier().look(nodes_now(), nodes_now(), 0);
     if (!std::isfinite(barrier().energy(0)))
         throw std::invalid_argument(fmt::format(
             "surfaces must start apart, but the nearest are {:.2g} m apart; allowed: more than {:.2g} m{}",
@@ -187,7 +188,9 @@ World::Rejection World::solve(const StepPart& part, Eigen::VectorXd& v, WorldRep
             error = timed(report.detect_us, [&] { return contact_error(dt, to, shapes); });
             if (solved.settled && error <= allowed) {
                 v = to;
-                return {};
+                if (solved.converged) return {};
+                return {.reason = "the linear system was not solved to its tolerance",
+                        .trouble = StepTrouble::linear_solver};
             }
             allowed *= 2;
         }

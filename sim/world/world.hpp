@@ -258,7 +258,7 @@ class World {
 
     std::vector<Nodes> nodes_after(double dt, const Eigen::VectorXd& v) const;
 
-    // iteration.cpp
+    // linearisation.cpp
     void start_driving(double dt);
     PrescribedNodes prescribed(const Body& body, double dt) const;
     Eigen::VectorXd stacked(Nodes (World::*velocities)(const Body&) const,

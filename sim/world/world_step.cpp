@@ -174,14 +174,18 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
     return {};
 }
 
-/// Solves a part so that it ends without intersections. v: out, see solve().
+/// Solves a part so that it ends without intersections, anew with exact bounds where others fail. v: out, see
+/// solve().
 World::Rejection World::solve_safely(const StepPart& part, Eigen::VectorXd& v, WorldReport& report) {
     for (;;) {
         Rejection rejection = solve(part, v, report);
-        if (rejection && (!part.finest || rejection.fatal)) return rejection;
-        const std::string hit = end_intersections(part.dt, v, report);
-        if (hit.empty()) return rejection;
-        if (!barrier().can_miss()) return {.reason = "the step would end where " + hit, .fatal = true};
+        if (rejection && !part.finest) return rejection;
+        if (!rejection.fatal) {
+            const std::string hit = end_intersections(part.dt, v, report);
+            if (hit.empty()) return rejection;
+            rejection = {.reason = "the step would end where " + hit, .fatal = true};
+        }
+        if (!barrier().can_miss()) return rejection;
         ++report.exact_parts;
         barrier().be_exact(true);
     }
