@@ -77,8 +77,6 @@ class Barrier {
     /// Of the last look() or move(): pairs of faces, times to place the surfaces and their trees and to query
     /// these.
     const StepReport& costs() const noexcept { return costs_; }
-    /// Pairs of features that it looked at.
-    std::size_t feature_pairs() const noexcept { return near_.size() + near_smooth_.size(); }
 
  private:
     static constexpr double floor_share = 1e-3;  // of the reach: distance at which the potential is infinite
@@ -102,6 +100,8 @@ class Barrier {
         int body, vertex, wall;
     };
 
+    /// Pairs of features that the last look() found.
+    std::size_t feature_pairs() const noexcept { return near_.size() + near_smooth_.size(); }
     static double room_at(double distance, double floor, double reach);
     void place(std::span<const Nodes> begin, std::span<const Nodes> end, double progress);
     bool may_come_near(const MovingSurface& surface, std::span<const int> nodes, const Wall& wall) const;

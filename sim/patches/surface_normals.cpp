@@ -9,6 +9,20 @@
 namespace nbd {
 namespace {
 
+/// Outward unit normal of a face; zero for a degenerate face.
+Eigen::Vector3d face_normal(FacesRef F, NodesRef x, int face) noexcept {
+    const Eigen::Vector3d u = x.row(F(face, 1)) - x.row(F(face, 0)),
+                          w = x.row(F(face, 2)) - x.row(F(face, 0));
+    return u.cross(w).stableNormalized();
+}
+
+/// Normalised mean of the normals of the edge's faces.
+Eigen::Vector3d edge_normal(const SurfaceTopology& topology, FacesRef F, NodesRef x, int edge) noexcept {
+    Eigen::Vector3d sum = face_normal(F, x, topology.edge_faces(edge, 0));
+    if (const int other = topology.edge_faces(edge, 1); other >= 0) sum += face_normal(F, x, other);
+    return sum.stableNormalized();
+}
+
 Eigen::Vector3d vertex_normal(const SurfaceTopology& topology, FacesRef F, NodesRef x, int vertex) noexcept {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     const std::size_t v = vertex;
@@ -46,18 +60,6 @@ Eigen::VectorXd vertex_areas(FacesRef F, NodesRef x) {
         for (int k = 0; k < 3; ++k) areas[F(f, k)] += u.cross(w).norm() / 6;
     }
     return areas;
-}
-
-Eigen::Vector3d face_normal(FacesRef F, NodesRef x, int face) noexcept {
-    const Eigen::Vector3d u = x.row(F(face, 1)) - x.row(F(face, 0)),
-                          w = x.row(F(face, 2)) - x.row(F(face, 0));
-    return u.cross(w).stableNormalized();
-}
-
-Eigen::Vector3d edge_normal(const SurfaceTopology& topology, FacesRef F, NodesRef x, int edge) noexcept {
-    Eigen::Vector3d sum = face_normal(F, x, topology.edge_faces(edge, 0));
-    if (const int other = topology.edge_faces(edge, 1); other >= 0) sum += face_normal(F, x, other);
-    return sum.stableNormalized();
 }
 
 Eigen::Vector3d feature_normal(const SurfaceTopology& topology, FacesRef F, NodesRef x, int face,

@@ -18,12 +18,6 @@ SurfaceTopology surface_topology(FacesRef F, int vertex_count);
 /// Area of each vertex: a third of the areas of its faces, m2. [n].
 Eigen::VectorXd vertex_areas(FacesRef F, NodesRef x);
 
-/// Outward unit normal of a face; zero for a degenerate face.
-Eigen::Vector3d face_normal(FacesRef F, NodesRef x, int face) noexcept;
-
-/// Normalised mean of the normals of the edge's faces.
-Eigen::Vector3d edge_normal(const SurfaceTopology& topology, FacesRef F, NodesRef x, int edge) noexcept;
-
 /// Normal that separates inside from outside at a point of `face`: the face normal in its interior, the mean
 /// of two face normals on an edge, the angle-weighted mean at a vertex. A barycentric coordinate that is
 /// exactly 0 puts the point on the opposite edge. Source: [BaerentzenAanaes05].

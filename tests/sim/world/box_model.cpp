@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "tests/support/box_body.hpp"
+#include "tests/support/box_mesh.hpp"
 
 namespace nbd::test {
 
@@ -23,6 +24,19 @@ WorldBody Model::at(const Eigen::Vector3d& centre, const Eigen::Matrix3d& R,
     entry.state.x = (body.tets.X * R.transpose()).rowwise() + centre.transpose();
     entry.state.v = Nodes::Zero(body.tets.X.rows(), 3).rowwise() + velocity.transpose();
     return entry;
+}
+
+WorldBody strip_whose_ends_meet(const Model& strip) {
+    WorldBody body = strip.at({0, 0, 0});
+    for (const double side : {-1.0, 1.0}) {
+        Grip grip{.nodes = nodes_where(body.state.x,
+                                       [&](const Eigen::Vector3d& x) { return side * x.x() > 0.46; })};
+        grip.centre = {0.06 * side, 0, 0};
+        grip.rotation = {0, -1.65 * side, 0};
+        grip.duration = 0.25;
+        body.grips.push_back(grip);
+    }
+    return body;
 }
 
 void add_colliding_boxes(World& world) {

@@ -21,6 +21,10 @@ struct Model {
                  const Eigen::Vector3d& velocity = Eigen::Vector3d::Zero()) const;
 };
 
+/// A strip of one metre along x whose ends grips bring together in a quarter of a second, so that only
+/// contact with itself can keep them apart.
+WorldBody strip_whose_ends_meet(const Model& strip);
+
 /// Two boxes without damping by mass that fly at each other.
 void add_colliding_boxes(World& world);
 

@@ -73,16 +73,7 @@ TEST(FineSurfaces, MeetThemselves) {
     WorldConfig config = falling();
     config.contact.thickness = 0.02;
     World world(config);
-    WorldBody body = strip.at({0, 0, 0});
-    for (const double side : {-1.0, 1.0}) {
-        Grip grip{.nodes = test::nodes_where(body.state.x,
-                                             [&](const Eigen::Vector3d& x) { return side * x.x() > 0.46; })};
-        grip.centre = {0.06 * side, 0, 0};
-        grip.rotation = {0, -1.65 * side, 0};
-        grip.duration = 0.25;
-        body.grips.push_back(grip);
-    }
-    world.add_body(body);
+    world.add_body(test::strip_whose_ends_meet(strip));
     int touched = 0;
     for (int i = 0; i < 60; ++i) {
         const WorldReport report = world.step(5e-3);
