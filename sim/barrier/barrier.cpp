@@ -13,6 +13,7 @@
 #include "meshing/parallel/parallel_for.hpp"
 #include "sim/barrier/edge_mollifier.hpp"
 #include "sim/barrier/merged_contacts.hpp"
+#include "sim/barrier/moving_features.hpp"
 
 namespace nbd {
 namespace {
@@ -162,12 +163,12 @@ std::array<Eigen::Vector3d, 4> Barrier::positions(const FeaturePair& pair, doubl
 }
 
 double Barrier::limit(const NearFeatures& near) const {
-    const auto x = positions(near.pair, 0), y = positions(near.pair, 1);
+    const auto [kind, x, y] = moving_features(near.pair, surfaces_);
     const double floor = floor_share * near.reach,
-                 room = room_at(closest_points(near.pair.kind, x).distance, floor, near.reach);
+                 room = room_at(closest_points(kind, x).distance, floor, near.reach);
     const ImpactConfig config{.separation = floor + left_share * room, .tolerance = tolerance_share * room};
     const Impact impact =
-        feature_impact(near.pair.kind, {{{x[0], y[0]}, {x[1], y[1]}, {x[2], y[2]}, {x[3], y[3]}}}, config);
+        feature_impact(kind, {{{x[0], y[0]}, {x[1], y[1]}, {x[2], y[2]}, {x[3], y[3]}}}, config);
     return impact.hits ? impact.time : 1;
 }
 
@@ -282,28 +283,13 @@ Eigen::Vector3d Barrier::motion(const SurfacePoint& point, int obstacle) const {
     return sum;
 }
 
-/// The largest motion of a corner of one of two features relative to a corner of the other.
-double Barrier::relative_motion(const FeaturePair& pair) const {
-    const auto at = corners(pair, surfaces_);
-    std::array<Eigen::Vector3d, 4> motion;
-    for (std::size_t k = 0; k < 4; ++k) {
-        const MovingSurface& s = surfaces_[at[k].surface];
-        motion[k] = s.end(at[k].vertex) - s.begin(at[k].vertex);
-    }
-    const std::size_t of_a = corners_of_a(pair.kind);
-    double most = 0;
-    for (std::size_t a = 0; a < of_a; ++a)
-        for (std::size_t b = of_a; b < 4; ++b) most = std::max(most, (motion[a] - motion[b]).squaredNorm());
-    return std::sqrt(most);
-}
-
 std::vector<Contact> Barrier::contacts(double share) {
     measure(share);
     std::vector<Contact> result;
     const auto add = [&](const auto& near, double distance, double reach, double weight) {
         Contact c = contact(near, share);
         const double nearer = (1 - share) * c.normal.dot(motion(c.b, c.obstacle) - motion(c.a, c.obstacle));
-        if (!(distance - nearer < reach) && !(distance < 2 * reach)) return;
+        if (!(distance - nearer < reach) && !(distance < near_share * reach)) return;
         c.barrier = law(near);
         c.barrier.stiffness *= weight;
         c.barrier.linear_below =
@@ -312,8 +298,10 @@ std::vector<Contact> Barrier::contacts(double share) {
     };
     for (std::size_t i = 0; i < near_.size(); ++i) {
         const double reach = near_[i].reach;
-        if (!(distances_[i] < 2 * reach) &&
-            (share == 1 || !(distances_[i] - (1 - share) * relative_motion(near_[i].pair) < reach)))
+        if (!(distances_[i] < near_share * reach) &&
+            (share == 1 ||
+             !(distances_[i] - (1 - share) * moving_features(near_[i].pair, surfaces_).relative_motion() <
+               reach)))
             continue;
         if (const double w = weight(near_[i], share); w > 0) add(near_[i], distances_[i], reach, w);
     }

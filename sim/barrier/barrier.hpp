@@ -60,9 +60,9 @@ class Barrier {
     /// weights that they have at its begin, see edge_mollifier().
     double energy(double share);
 
-    /// Contacts after a share of the motion with their laws, in a fixed order: of features within twice their
-    /// reach, and of those that come within it in the rest of the motion as seen from there. Their gaps are
-    /// their distances. Contacts of the same points are one, see merged().
+    /// Contacts after a share of the motion with their laws, in a fixed order: of features within
+    /// near_share of their reach, and of those that come within it in the rest of the motion as seen from
+    /// there. Their gaps are their distances. Contacts of the same points are one, see merged().
     std::vector<Contact> contacts(double share);
 
     /// The least distance found by the last energy() or contacts(), of features within their reach; infinite
@@ -118,7 +118,6 @@ class Barrier {
     Contact contact(const NearSmooth& near, double share) const;
     double weight(const NearFeatures& near, double share) const;
     Eigen::Vector3d motion(const SurfacePoint& point, int obstacle) const;
-    double relative_motion(const FeaturePair& pair) const;
     void measure(double share);
     template <class Visit>
     void for_each_near(const Visit& visit) const;

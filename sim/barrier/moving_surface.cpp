@@ -116,12 +116,28 @@ void MovingSurface::find_hosts(const TetMesh& tets) {
 MovingSurface::MovingSurface(const Faces& F, const Nodes& rest, int body)
     : MovingSurface(shape_of_vertices(F, rest), TetMesh{rest, {}}, body) {}
 
-Eigen::RowVector3d MovingSurface::position(int vertex, const Nodes& points) const noexcept {
-    if (!hangs_on_nodes_) return points.row(vertex);
+Eigen::RowVector3d MovingSurface::hanging_position(int vertex, const Nodes& points) const noexcept {
     const Embedding& W = shape_->W;
     const int begin = W.outerIndexPtr()[vertex], end = W.outerIndexPtr()[vertex + 1];
     return embedded_position(end - begin, W.innerIndexPtr() + begin, W.valuePtr() + begin, points.data(),
                              points.outerStride());
+}
+
+void MovingSurface::place_corners(std::span<const FacePair> pairs, int FacePair::*face) {
+    if (!hangs_on_nodes_) return;
+    const std::size_t known = placed_vertices_.size();
+    int last = -1;
+    for (const FacePair& pair : pairs) {
+        if (pair.*face == last) continue;
+        last = pair.*face;
+        for (const int v : F().row(last))
+            if (!std::exchange(is_placed_[v], 1)) placed_vertices_.push_back(v);
+    }
+    parallel_for(placed_vertices_.size() - known, [&](int i) {
+        const int v = placed_vertices_[known + i];
+        placed_.begin.row(v) = hanging_position(v, begin_);
+        placed_.end.row(v) = hanging_position(v, end_);
+    });
 }
 
 void MovingSurface::begin_step(PosedTree& tree) const {
@@ -137,6 +153,12 @@ void MovingSurface::be_exact(bool exact) {
 }
 
 void MovingSurface::move(Nodes begin, Nodes end) {
+    for (const int v : placed_vertices_) is_placed_[v] = 0;
+    placed_vertices_.clear();
+    if (hangs_on_nodes_ && is_placed_.empty()) {
+        is_placed_.assign(rest_.rows(), 0);
+        placed_.begin = placed_.end = Nodes::Zero(rest_.rows(), 3);
+    }
     if (proof_) proof_->prove(begin, end);
     const bool tree_takes_nodes = tree().takes_nodes();
     if (hangs_on_nodes_ || tree_takes_nodes) nodes_ = {begin.cast<float>(), end.cast<float>()};
@@ -153,8 +175,8 @@ void MovingSurface::move(Nodes begin, Nodes end) {
     }
     begin_step(tree());
     if (is_obstacle()) return;
-    mean_motion_ = (end_ - begin_).colwise().mean().transpose();
-    own_end_ = (end_.rowwise() - mean_motion_.transpose()).cast<float>();
+    const Eigen::RowVector3d mean_motion = (end_ - begin_).colwise().mean();
+    own_end_ = (end_.rowwise() - mean_motion).cast<float>();
     if (hangs_on_nodes_)
         own_tree_.begin_step_of_nodes(nodes_.begin, own_end_);
     else

@@ -4,6 +4,7 @@
 #include <array>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "collision/continuous/feature_pair.hpp"
@@ -55,8 +56,11 @@ class MovingSurface {
     const Nodes& begin_points() const noexcept { return begin_; }
     const Nodes& end_points() const noexcept { return end_; }
 
-    Eigen::RowVector3d begin(int vertex) const noexcept { return position(vertex, begin_); }
-    Eigen::RowVector3d end(int vertex) const noexcept { return position(vertex, end_); }
+    Eigen::RowVector3d begin(int vertex) const noexcept { return position(vertex, begin_, placed_.begin); }
+    Eigen::RowVector3d end(int vertex) const noexcept { return position(vertex, end_, placed_.end); }
+    /// Computes the corners of these faces once for many looks: begin() and end() look them up until the next
+    /// motion. face: which of the two faces of each pair.
+    void place_corners(std::span<const FacePair> pairs, int FacePair::*face);
     /// Position of a vertex after a share of the motion.
     Eigen::Vector3d at(int vertex, double share) const noexcept {
         const Eigen::RowVector3d from = begin(vertex);
@@ -72,7 +76,6 @@ class MovingSurface {
     bool can_miss() const noexcept { return !exact_tree_ && nbd::can_miss(tree_.kind()); }
     /// Whether tree() has exact bounds in the next motions, rather than those that were given.
     void be_exact(bool exact);
-    const Eigen::Vector3d& mean_motion() const noexcept { return mean_motion_; }
     /// Tells which of its faces need no look in this motion. None unless the surface is much finer than the
     /// tetrahedra that carry it.
     const std::optional<HostProof>& proof() const noexcept { return proof_; }
@@ -80,7 +83,11 @@ class MovingSurface {
     double rounding() const noexcept;
 
  private:
-    Eigen::RowVector3d position(int vertex, const Nodes& points) const noexcept;
+    Eigen::RowVector3d position(int vertex, const Nodes& points, const Nodes& placed) const noexcept {
+        if (!hangs_on_nodes_) return points.row(vertex);
+        return is_placed_[vertex] ? placed.row(vertex) : hanging_position(vertex, points);
+    }
+    Eigen::RowVector3d hanging_position(int vertex, const Nodes& points) const noexcept;
     void find_hosts(const TetMesh& tets);
     void begin_step(PosedTree& tree) const;
 
@@ -89,7 +96,6 @@ class MovingSurface {
     bool hangs_on_nodes_;
     int most_carriers_;  // nodes that a vertex hangs on
     Nodes rest_nodes_, rest_, begin_, end_;
-    Eigen::Vector3d mean_motion_ = Eigen::Vector3d::Zero();
     std::shared_ptr<const CollisionTree> shared_tree_;
     PosedTree tree_, own_tree_;
     std::optional<PosedTree> exact_tree_;  // in place of tree_
@@ -102,6 +108,13 @@ class MovingSurface {
     Ends nodes_, vertices_;  // those that a tree reads
     Vertices own_end_;       // of own_tree_
     double largest_ = 0;     // coordinate that trees read
+    /// Of a surface that hangs on nodes: vertices that place_corners() computed for this motion.
+    struct Placed {
+        Nodes begin, end;  // [n, 3]
+    };
+    Placed placed_;
+    std::vector<char> is_placed_;  // [n]
+    std::vector<int> placed_vertices_;
 };
 
 /// A corner of a feature: a vertex of a surface.

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <utility>
 
 #include "collision/base/stopwatch.hpp"
 #include "meshing/parallel/parallel_for.hpp"
-#include "sim/barrier/feature_boxes.hpp"
+#include "sim/barrier/moving_features.hpp"
 
 namespace nbd {
 namespace {
@@ -27,76 +29,48 @@ Intersection owners(const FeaturePair& pair, const SurfaceTopology& topology) {
 
 }  // namespace
 
-/// Features of two faces in a motion; if both are of one surface, relative to its mean motion.
+/// Two faces in a motion.
 class NearFeatureSearch::MovingFaces {
  public:
-    MovingFaces(const MovingSurface& s, const MovingSurface& t, FacePair faces) : is_one_(&s == &t) {
-        const Eigen::Vector3d frame = is_one_ ? s.mean_motion() : Eigen::Vector3d::Zero();
+    MovingFaces(const MovingSurface& s, const MovingSurface& t, FacePair faces) : s_(s), t_(t) {
         for (std::size_t k = 0; k < 6; ++k) {
             const MovingSurface& surface = k < 3 ? s : t;
-            const int v = k < 3 ? s.F()(faces.a, k) : t.F()(faces.b, k - 3);
-            vertices_[k] = v;
-            rest_[k] = surface.rest().row(v);
-            begin_[k] = surface.begin(v);
-            end_[k] = surface.end(v).transpose() - frame;
-            low_[k] = begin_[k].cwiseMin(end_[k]);
-            high_[k] = begin_[k].cwiseMax(end_[k]);
+            vertices_[k] = k < 3 ? s.F()(faces.a, k) : t.F()(faces.b, k - 3);
+            begin_[k] = surface.begin(vertices_[k]);
+            end_[k] = surface.end(vertices_[k]);
         }
     }
-    /// Whether the two faces stay farther apart.
-    bool are_beyond(double distance) const {
-        const auto ball = [&](std::size_t first) {
-            const Eigen::Vector3d centre = (begin_[first] + begin_[first + 1] + begin_[first + 2]) / 3;
-            double squared = 0;
-            for (std::size_t k = first; k < first + 3; ++k)
-                squared = std::max(squared, (begin_[k] - centre).squaredNorm());
-            return std::pair(centre, std::sqrt(squared));
-        };
-        const auto [centre_a, radius_a] = ball(0);
-        const auto [centre_b, radius_b] = ball(3);
-        double most = 0;  // by which corners of the two approach each other
-        for (std::size_t k = 0; k < 3; ++k)
-            for (std::size_t l = 3; l < 6; ++l)
-                most = std::max(most, (end_[k] - begin_[k] - end_[l] + begin_[l]).squaredNorm());
-        return (centre_a - centre_b).norm() - radius_a - radius_b - std::sqrt(most) > distance;
+    double gap_along_axes() const {
+        const std::span from(begin_), to(end_);
+        return nbd::gap_along_axes(from.first(3), to.first(3), from.last(3), to.last(3));
     }
-    /// By how much the boxes of two features over the motion are apart.
-    double apart(FeatureKind kind, const PlacesInFaces& places) const {
-        PairBoxes boxes(kind);
-        for (std::size_t k = 0; k < 4; ++k) {
-            boxes.add(k, low_[places[k]].array());
-            boxes.add(k, high_[places[k]].array());
-        }
-        return boxes.gaps().maxCoeff();
-    }
-    /// Less than the distance of two features at any time of the motion.
-    double least_distance(FeatureKind kind, const PlacesInFaces& places) const {
-        double most = 0;  // by which corners of the two approach each other
-        for (std::size_t k = 0; k < corners_of_a(kind); ++k)
-            for (std::size_t l = corners_of_a(kind); l < 4; ++l) {
-                const std::size_t i = places[k], j = places[l];
-                most = std::max(most, (end_[i] - begin_[i] - end_[j] + begin_[j]).squaredNorm());
-            }
-        return distance(kind, places, begin_) - std::sqrt(most);
-    }
-    /// The distance at which features press, metres: at most `reach`. 0: they have a common vertex.
-    double reach_of(FeatureKind kind, const PlacesInFaces& places, double reach) const {
-        if (!is_one_) return reach;
+    bool have_common_vertex(FeatureKind kind, const PlacesInFaces& places) const {
+        if (&s_ != &t_) return false;
         for (std::size_t k = 0; k < corners_of_a(kind); ++k)
             for (std::size_t l = corners_of_a(kind); l < 4; ++l)
-                if (vertices_[places[k]] == vertices_[places[l]]) return 0;
-        return std::min(reach, rest_share * distance(kind, places, rest_));
+                if (vertices_[places[k]] == vertices_[places[l]]) return true;
+        return false;
+    }
+    MovingFeatures features(FeatureKind kind, const PlacesInFaces& places) const {
+        MovingFeatures result{.kind = kind, .begin = {}, .end = {}};
+        for (std::size_t k = 0; k < 4; ++k) {
+            result.begin[k] = begin_[places[k]];
+            result.end[k] = end_[places[k]];
+        }
+        return result;
+    }
+    /// The distance at which features press, metres: at most `reach`.
+    double reach_of(FeatureKind kind, const PlacesInFaces& places, double reach) const {
+        if (&s_ != &t_) return reach;
+        std::array<Eigen::Vector3d, 4> rest;
+        for (std::size_t k = 0; k < 4; ++k) rest[k] = s_.rest().row(vertices_[places[k]]);
+        return std::min(reach, rest_share * closest_points(kind, rest).distance);
     }
 
  private:
-    static double distance(FeatureKind kind, const PlacesInFaces& places,
-                           const std::array<Eigen::Vector3d, 6>& x) {
-        return closest_points(kind, {x[places[0]], x[places[1]], x[places[2]], x[places[3]]}).distance;
-    }
-
-    bool is_one_;
+    const MovingSurface &s_, &t_;
     std::array<int, 6> vertices_;
-    std::array<Eigen::Vector3d, 6> rest_, begin_, end_, low_, high_;
+    std::array<Eigen::Vector3d, 6> begin_, end_;
 };
 
 void NearFeatureSearch::begin(const std::vector<MovingSurface>& surfaces,
@@ -137,37 +111,51 @@ NearFeatureSearch::Deviation NearFeatureSearch::deviation(std::size_t surface, c
     return {result.whole + error, result.own + error};
 }
 
-/// By how much less far apart two features may stay than in the reference. In a later part of it, they begin
-/// at most as much nearer as they approach each other less. Deviations of both, at the begin and in the ways
-/// from there, come on top.
+/// By how much less far apart two features may stay, as far as gap_by_approach() tells, than in the
+/// reference. In a later part of it, they begin at most as much nearer as they approach each other less.
+/// Deviations of both, at the begin and in the ways from there, come on top.
 double NearFeatureSearch::nearer(const FeaturePair& pair) const {
     const Deviation &a = deviations_[pair.surface_a], &b = deviations_[pair.surface_b];
     return pair.surface_a == pair.surface_b ? 6 * a.own : 3 * (a.whole + b.whole);
 }
 
-/// Whether all that may come near in this motion is among the candidates.
-bool NearFeatureSearch::reference_holds(const std::vector<MovingSurface>& surfaces, double reach) {
-    if (references_.empty() || reach != asked_reach_) return false;
+/// The room with which all that may come near in this motion would be among the candidates of the reference;
+/// infinite if there is none. Fills the deviations.
+double NearFeatureSearch::room_needed(const std::vector<MovingSurface>& surfaces, double reach) {
+    constexpr double too_much = std::numeric_limits<double>::infinity();
+    if (references_.empty() || reach != asked_reach_) return too_much;
     for (const MovingSurface& s : surfaces)
-        if (!s.begin_points().allFinite() || !s.end_points().allFinite()) return false;
+        if (!s.begin_points().allFinite() || !s.end_points().allFinite()) return too_much;
     const std::array<double, 2> near = shares(surfaces);
     deviations_.clear();
-    double most = 0, second = 0;  // of two surfaces
+    double own = 0, most = 0, second = 0;  // the last two of two surfaces
     for (std::size_t s = 0; s < surfaces.size(); ++s) {
         deviations_.push_back(deviation(s, surfaces[s], near));
-        if (6 * deviations_[s].own > room_) return false;
+        own = std::max(own, deviations_[s].own);
         if (deviations_[s].whole > most)
             second = std::exchange(most, deviations_[s].whole);
         else
             second = std::max(second, deviations_[s].whole);
     }
-    return 3 * (most + second) <= room_;
+    return std::max(6 * own, 3 * (most + second));
 }
 
 std::span<const NearFeatures> NearFeatureSearch::find(std::vector<MovingSurface>& surfaces, double reach) {
     costs_ = {};
-    if (!reference_holds(surfaces, reach)) ask_trees(surfaces, reach);
-    keep_near(surfaces, reach);
+    kept_.clear();
+    const double needed = room_needed(surfaces, reach);
+    if (room_ > 0 && needed <= room_) {
+        keep_near(surfaces);
+    } else {
+        // Where motions change by more than that, another one will not be near this one either.
+        room_ = needed <= room_share * reach ? room_share * reach : 0;
+        ask_trees(surfaces, reach);
+        if (room_ > 0)
+            keep_near(surfaces);
+        else
+            keep(candidates_);
+    }
+    for (NeighbourWatch& watch : neighbours_) watch.find(surfaces, reach, kept_);
     for (int s = 0; s < std::ssize(surfaces); ++s)
         if (surfaces[s].proof()) keep_near_unproved(surfaces, s, reach);
     std::erase_if(kept_, [&](const NearFeatures& near) {
@@ -182,8 +170,6 @@ std::span<const NearFeatures> NearFeatureSearch::find(std::vector<MovingSurface>
 /// Makes this motion the reference, and finds its candidates.
 void NearFeatureSearch::ask_trees(std::vector<MovingSurface>& surfaces, double reach) {
     asked_reach_ = reach;
-    room_ = room_share * reach;
-    found_.clear();
     references_.clear();
     deviations_.assign(surfaces.size(), {});
     bool is_finite = true;
@@ -199,82 +185,94 @@ void NearFeatureSearch::ask_trees(std::vector<MovingSurface>& surfaces, double r
         const QueryCounters& counted = a == b ? self_query_.counters() : pair_query_.counters();
         costs_.nodes_bounded += counted.nodes_bounded;
         costs_.nodes_out_of_range += counted.nodes_out_of_range;
-        collect(surfaces, a, b, pairs, reach + room_,
-                [&](const MovingFaces& moving, FeatureKind kind, const PlacesInFaces& places) {
-                    const double apart = moving.apart(kind, places);
-                    if (apart > reach + room_) return Near{};
-                    const double least = moving.least_distance(kind, places);
-                    if (least > reach + room_) return Near{};
-                    const Near near{.reach = moving.reach_of(kind, places, reach),
-                                    .apart = std::max(apart, least)};
-                    return near.apart <= near.reach + room_ ? near : Near{};
-                });
+        collect(surfaces, a, b, pairs, reach, room_, candidates_);
     };
     const int count = surfaces.size();
     for (int a = 0; a < count; ++a) {
         MovingSurface& s = surfaces[a];
         if (!s.is_obstacle() && !s.proof()) {
-            const auto distance = static_cast<float>(reach + room_ + 2 * s.rounding());
+            const auto distance = static_cast<float>(near_share * reach + room_ + 2 * s.rounding());
             add(a, a, [&] { return self_query_.boxes_within(s.own_tree(), distance); });
         }
         for (int b = a + 1; b < count; ++b) {
             MovingSurface& t = surfaces[b];
             if (s.is_obstacle() && t.is_obstacle()) continue;
-            const auto distance = static_cast<float>(reach + room_ + s.rounding() + t.rounding());
+            const auto distance =
+                static_cast<float>(near_share * reach + room_ + s.rounding() + t.rounding());
             add(a, b, [&] { return pair_query_.boxes_within(s.tree(), t.tree(), distance); });
         }
     }
 }
 
-/// Appends to the candidates the features of pairs of faces for which measure(moving, kind, places) gives a
-/// reach; none of faces that stay farther apart than `distance`.
-template <class Measure>
-void NearFeatureSearch::collect(const std::vector<MovingSurface>& surfaces, int a, int b,
-                                std::span<const FacePair> faces, double distance, const Measure& measure) {
-    const NumberedSurface s = surfaces[a].numbered(a), t = surfaces[b].numbered(b);
-    near_bits_.assign(faces.size(), 0);  // in the order of for_each_owned_pair()
-    parallel_for(faces.size(), [&](int i) {
-        if (a == b && surfaces[a].proof() && surfaces[a].proof()->hang_on_one_host(faces[i])) return;
-        const MovingFaces moving(surfaces[a], surfaces[b], faces[i]);
-        if (moving.are_beyond(distance)) return;
-        int bit = 0;
-        for_each_owned_pair(s, t, faces[i], [&](const FeaturePair& pair, const PlacesInFaces& places) {
-            if (measure(moving, pair.kind, places).reach > 0) near_bits_[i] |= 1u << bit;
-            ++bit;
-        });
-    });
-    for (std::size_t i = 0; i < faces.size(); ++i) {
-        if (near_bits_[i] == 0) continue;
-        const MovingFaces moving(surfaces[a], surfaces[b], faces[i]);
-        int bit = 0;
-        for_each_owned_pair(s, t, faces[i], [&](const FeaturePair& pair, const PlacesInFaces& places) {
-            if ((near_bits_[i] >> bit++ & 1) == 0) return;
-            const Near near = measure(moving, pair.kind, places);
-            candidates_.push_back({{pair, near.reach}, near.apart});
-        });
-    }
+/// Two features of faces: a candidate if they may come within near_share of their reach and `room`. Without
+/// room, the rule is may_come_within().
+NearFeatureSearch::Candidate NearFeatureSearch::candidate(const MovingFaces& faces, const FeaturePair& pair,
+                                                          const PlacesInFaces& places, double reach,
+                                                          double room) {
+    constexpr Candidate none{};
+    if (faces.have_common_vertex(pair.kind, places)) return none;
+    const MovingFeatures features = faces.features(pair.kind, places);
+    double apart = features.gap_along_axes();
+    if (apart > near_share * reach + room) return none;
+    apart = std::max(apart, room > 0 ? features.gap_by_approach() : features.gap_along_shortest_line());
+    if (apart > near_share * reach + room) return none;
+    const double own_reach = faces.reach_of(pair.kind, places, reach);
+    return apart <= near_share * own_reach + room ? Candidate{{pair, own_reach}, apart} : none;
 }
 
-void NearFeatureSearch::keep_near(const std::vector<MovingSurface>& surfaces, double reach) {
+/// Appends the features of pairs of faces that are candidates.
+void NearFeatureSearch::collect(std::vector<MovingSurface>& surfaces, int a, int b,
+                                std::span<const FacePair> faces, double reach, double room,
+                                std::vector<Candidate>& candidates) {
+    constexpr std::size_t chunk = 256;  // pairs of faces
+    surfaces[a].place_corners(faces, &FacePair::a);
+    surfaces[b].place_corners(faces, &FacePair::b);
+    const NumberedSurface s = surfaces[a].numbered(a), t = surfaces[b].numbered(b);
+    const std::optional<HostProof>& proof = surfaces[a].proof();
+    std::vector<std::vector<Candidate>> found((faces.size() + chunk - 1) / chunk);
+    parallel_for(
+        found.size(),
+        [&](int i) {
+            const std::size_t first = chunk * i;
+            for (const FacePair& pair : faces.subspan(first, std::min(chunk, faces.size() - first))) {
+                if (a == b && proof && proof->hang_on_one_host(pair)) continue;
+                const MovingFaces moving(surfaces[a], surfaces[b], pair);
+                if (moving.gap_along_axes() > near_share * reach + room) continue;
+                for_each_owned_pair(
+                    s, t, pair, [&](const FeaturePair& features, const PlacesInFaces& places) {
+                        const Candidate one = candidate(moving, features, places, reach, room);
+                        if (one.near.reach > 0) found[i].push_back(one);
+                    });
+            }
+        },
+        1);
+    for (const std::vector<Candidate>& some : found)
+        candidates.insert(candidates.end(), some.begin(), some.end());
+}
+
+void NearFeatureSearch::keep(std::span<const Candidate> candidates) {
+    for (const Candidate& candidate : candidates) kept_.push_back(candidate.near);
+}
+
+/// Of the candidates of the reference.
+void NearFeatureSearch::keep_near(const std::vector<MovingSurface>& surfaces) {
     found_.clear();
-    for (const Candidate& candidate : candidates_) {
-        if (candidate.apart - nearer(candidate.near.pair) <= candidate.near.reach)
+    for (const Candidate& candidate : candidates_)
+        if (candidate.apart - nearer(candidate.near.pair) <= near_share * candidate.near.reach)
             found_.push_back(candidate.near);
-    }
     keeps_.assign(found_.size(), 0);
-    parallel_for(found_.size(),
-                 [&](int i) { keeps_[i] = may_come_within(found_[i].reach, found_[i].pair, surfaces); });
-    kept_.clear();
+    parallel_for(found_.size(), [&](int i) {
+        keeps_[i] = moving_features(found_[i].pair, surfaces).may_come_within(near_share * found_[i].reach);
+    });
     for (std::size_t i = 0; i < found_.size(); ++i)
         if (keeps_[i]) kept_.push_back(found_[i]);
-    for (NeighbourWatch& watch : neighbours_) watch.find(surfaces, reach, kept_);
 }
 
-/// Keeps what comes within its reach on a surface with a HostProof.
+/// Keeps what comes near on a surface with a HostProof.
 void NearFeatureSearch::keep_near_unproved(std::vector<MovingSurface>& surfaces, int surface, double reach) {
     MovingSurface& s = surfaces[surface];
     const HostProof& proof = *s.proof();
-    const auto distance = static_cast<float>(reach + 2 * s.rounding());
+    const auto distance = static_cast<float>(near_share * reach + 2 * s.rounding());
     const std::span<const FacePair> pairs = timed(costs_.collision_us, [&] {
         return self_query_.boxes_within(s.own_tree(), distance, proof.known_leaves(), proof.open_leaves());
     });
@@ -282,18 +280,9 @@ void NearFeatureSearch::keep_near_unproved(std::vector<MovingSurface>& surfaces,
     costs_.nodes_bounded += self_query_.counters().nodes_bounded;
     faces_.assign(pairs.begin(), pairs.end());
     faces_.insert(faces_.end(), proof.open_faces().begin(), proof.open_faces().end());
-    const std::size_t others = candidates_.size();
-    collect(surfaces, surface, surface, faces_, reach,
-            [&](const MovingFaces& moving, FeatureKind kind, const PlacesInFaces& places) {
-                const double apart = moving.apart(kind, places);
-                if (apart > reach) return Near{};
-                const double least = moving.least_distance(kind, places);
-                if (least > reach) return Near{};
-                const Near near{.reach = moving.reach_of(kind, places, reach), .apart = apart};
-                return std::max(apart, least) <= near.reach ? near : Near{};
-            });
-    for (std::size_t i = others; i < candidates_.size(); ++i) kept_.push_back(candidates_[i].near);
-    candidates_.resize(others);
+    unproved_.clear();
+    collect(surfaces, surface, surface, faces_, reach, 0, unproved_);
+    keep(unproved_);
 }
 
 }  // namespace nbd

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -17,8 +16,8 @@ namespace nbd {
 /// Finds the features that may come near: between surfaces, and within each surface of a body. Obstacles are
 /// not compared with each other, nor with themselves.
 ///
-/// The trees are asked for somewhat more than is near, so that a motion close to the one they were asked for,
-/// or to a later part of it, takes a look at their answer alone. A surface with a HostProof is
+/// Where a motion is close to the last one, the trees are asked for somewhat more than is near, so that the
+/// next such motion, or a later part of it, takes a look at their answer alone. A surface with a HostProof is
 /// asked for its own pairs each time: only of the leaves for which the proof fails.
 class NearFeatureSearch {
  public:
@@ -29,8 +28,8 @@ class NearFeatureSearch {
     /// Has the trees asked anew by the next find(). What is found depends on that only where bounds can miss.
     void forget() { references_.clear(); }
 
-    /// All pairs that may_come_within() their reach, sorted; among them all whose distance does. surfaces:
-    /// those of begin(), moved. reach: metres. Valid until the next call.
+    /// All pairs that MovingFeatures::may_come_within() near_share of their reach, sorted: among them all
+    /// that do. surfaces: those of begin(), moved. reach: metres. Valid until the next call.
     std::span<const NearFeatures> find(std::vector<MovingSurface>& surfaces, double reach);
 
     /// Pairs of faces looked at by the last find(), and the time of its queries.
@@ -55,17 +54,15 @@ class NearFeatureSearch {
     Deviation deviation(std::size_t surface, const MovingSurface& moved,
                         const std::array<double, 2>& shares) const;
     double nearer(const FeaturePair& pair) const;
-    bool reference_holds(const std::vector<MovingSurface>& surfaces, double reach);
+    double room_needed(const std::vector<MovingSurface>& surfaces, double reach);
     class MovingFaces;
-    /// Of two features; without a reach they are not near.
-    struct Near {
-        double reach = 0, apart = 0;
-    };
-    template <class Measure>
-    void collect(const std::vector<MovingSurface>& surfaces, int a, int b, std::span<const FacePair> faces,
-                 double distance, const Measure& measure);
+    static Candidate candidate(const MovingFaces& faces, const FeaturePair& pair, const PlacesInFaces& places,
+                               double reach, double room);
+    static void collect(std::vector<MovingSurface>& surfaces, int a, int b, std::span<const FacePair> faces,
+                        double reach, double room, std::vector<Candidate>& candidates);
     void ask_trees(std::vector<MovingSurface>& surfaces, double reach);
-    void keep_near(const std::vector<MovingSurface>& surfaces, double reach);
+    void keep(std::span<const Candidate> candidates);
+    void keep_near(const std::vector<MovingSurface>& surfaces);
     void keep_near_unproved(std::vector<MovingSurface>& surfaces, int surface, double reach);
 
     std::span<const Intersection> touching_;
@@ -74,12 +71,11 @@ class NearFeatureSearch {
     std::vector<NeighbourWatch> neighbours_;  // of the bodies' surfaces without a HostProof
     std::vector<Reference> references_;       // [surfaces]; empty: the trees were not asked
     double asked_reach_ = 0, room_ = 0;       // candidates have all within asked_reach_ + room_
-    std::vector<Candidate> candidates_;
+    std::vector<Candidate> candidates_, unproved_;
     std::vector<Deviation> deviations_;  // [surfaces]
     std::vector<NearFeatures> found_, kept_;
     std::vector<char> keeps_;  // [found_]
     std::vector<FacePair> faces_;
-    std::vector<std::uint16_t> near_bits_;  // [faces_]
     StepReport costs_;
 };
 

@@ -6,6 +6,10 @@
 
 namespace nbd {
 
+/// Features are near within this multiple of the distance at which they begin to press: the next iterate of a
+/// step may have them press.
+inline constexpr double near_share = 2;
+
 /// A pair of features that may come near during a motion, and the distance at which it begins to press,
 /// metres.
 struct NearFeatures {

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "meshing/parallel/parallel_for.hpp"
-#include "sim/barrier/feature_boxes.hpp"
+#include "sim/barrier/moving_features.hpp"
 
 namespace nbd {
 namespace {
@@ -25,7 +25,9 @@ void NeighbourWatch::refer_to_begin(const std::vector<MovingSurface>& surfaces) 
     apart_.resize(pairs_.size());
     parallel_for(pairs_.size(), [&](int i) {
         const std::size_t p = i;
-        apart_[p] = boxes_apart_at_begin(pairs_[p].pair, surfaces);
+        MovingFeatures features = moving_features(pairs_[p].pair, surfaces);
+        features.end = features.begin;
+        apart_[p] = features.gap_along_axes();
     });
 }
 
@@ -42,11 +44,12 @@ void NeighbourWatch::find(const std::vector<MovingSurface>& surfaces, double rea
     const double most = 2 * distance() + difference_rounding * (1 + own.begin_points().cwiseAbs().maxCoeff());
     looked_at_.clear();
     for (std::size_t i = 0; i < pairs_.size(); ++i)
-        if (apart_[i] <= std::min(pairs_[i].reach, reach) + most) looked_at_.push_back(i);
+        if (apart_[i] <= near_share * std::min(pairs_[i].reach, reach) + most) looked_at_.push_back(i);
     keeps_.assign(looked_at_.size(), 0);
     parallel_for(looked_at_.size(), [&](int k) {
         const NearFeatures& pair = pairs_[looked_at_[k]];
-        keeps_[k] = may_come_within(std::min(pair.reach, reach), pair.pair, surfaces);
+        keeps_[k] =
+            moving_features(pair.pair, surfaces).may_come_within(near_share * std::min(pair.reach, reach));
     });
     for (std::size_t k = 0; k < looked_at_.size(); ++k) {
         if (!keeps_[k]) continue;

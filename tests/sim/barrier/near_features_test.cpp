@@ -22,7 +22,7 @@ double distance(const FeaturePair& pair, const std::vector<MovingSurface>& surfa
     return closest_points(pair.kind, x).distance;
 }
 
-double rest_distance(const FeaturePair& pair, const std::vector<MovingSurface>& surfaces) {
+double distance_at_rest(const FeaturePair& pair, const std::vector<MovingSurface>& surfaces) {
     std::array<Eigen::Vector3d, 4> x;
     const auto at = corners(pair, surfaces);
     for (std::size_t k = 0; k < 4; ++k) x[k] = surfaces[at[k].surface].rest().row(at[k].vertex);
@@ -91,7 +91,7 @@ TEST(NearFeatures, HoldAllPairsThatComeWithinTheirReach) {
         double least = 1, pair_reach = reach;
         for (int s = 0; s <= 8; ++s) least = std::min(least, distance(pair, surfaces, s / 8.0));
         if (pair.surface_a == pair.surface_b && least < reach)
-            pair_reach = std::min(reach, HostProof::least_share * rest_distance(pair, surfaces));
+            pair_reach = std::min(reach, HostProof::least_share * distance_at_rest(pair, surfaces));
         if (least > pair_reach) continue;
         EXPECT_TRUE(pairs.contains(pair))
             << pair.surface_a << ' ' << pair.surface_b << ' ' << pair.a << ' ' << pair.b;

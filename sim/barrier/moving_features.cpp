@@ -1,0 +1,85 @@
+#include "sim/barrier/moving_features.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "collision/continuous/feature_pair.hpp"
+
+namespace nbd {
+namespace {
+
+struct Extent {
+    Eigen::Array3d low, high;
+
+    explicit Extent(std::span<const Eigen::Vector3d> x) : low(x[0].array()), high(low) {
+        for (const Eigen::Vector3d& p : x.subspan(1)) {
+            low = low.min(p.array());
+            high = high.max(p.array());
+        }
+    }
+};
+
+}  // namespace
+
+double gap_along_axes(std::span<const Eigen::Vector3d> begin_a, std::span<const Eigen::Vector3d> end_a,
+                      std::span<const Eigen::Vector3d> begin_b, std::span<const Eigen::Vector3d> end_b) {
+    const Extent a(begin_a), b(begin_b), a_end(end_a), b_end(end_b);
+    const Eigen::Array3d a_above = (a.low - b.high).min(a_end.low - b_end.high),
+                         b_above = (b.low - a.high).min(b_end.low - a_end.high);
+    return a_above.max(b_above).maxCoeff();
+}
+
+double MovingFeatures::gap_along_axes() const {
+    const std::span from(begin), to(end);
+    const std::size_t of_a = corners_of_a(kind);
+    return nbd::gap_along_axes(from.first(of_a), to.first(of_a), from.subspan(of_a), to.subspan(of_a));
+}
+
+double MovingFeatures::gap_along_shortest_line() const {
+    const ClosestPoints closest = closest_points(kind, begin);
+    if (!(closest.distance > 0)) return 0;
+    const Eigen::Vector3d line = closest.gap / closest.distance;
+    const std::size_t of_a = corners_of_a(kind);
+    double least_of_a = end[0].dot(line), most_of_b = end[3].dot(line);
+    for (std::size_t k = 1; k < of_a; ++k) least_of_a = std::min(least_of_a, end[k].dot(line));
+    for (std::size_t k = of_a; k < 3; ++k) most_of_b = std::max(most_of_b, end[k].dot(line));
+    return std::min(closest.distance, least_of_a - most_of_b);
+}
+
+double MovingFeatures::gap_by_approach() const {
+    return closest_points(kind, begin).distance - relative_motion();
+}
+
+double MovingFeatures::relative_motion() const {
+    std::array<Eigen::Vector3d, 4> motion;
+    for (std::size_t k = 0; k < 4; ++k) motion[k] = end[k] - begin[k];
+    const std::size_t of_a = corners_of_a(kind);
+    double most = 0;
+    for (std::size_t k = 0; k < of_a; ++k)
+        for (std::size_t l = of_a; l < 4; ++l) most = std::max(most, (motion[k] - motion[l]).squaredNorm());
+    return std::sqrt(most);
+}
+
+bool MovingFeatures::may_come_within(double distance) const {
+    return gap_along_axes() <= distance && gap_along_shortest_line() <= distance;
+}
+
+MovingFeatures moving_features(const FeaturePair& pair, const std::vector<MovingSurface>& surfaces) {
+    MovingFeatures features{.kind = pair.kind, .begin = {}, .end = {}};
+    const auto at = corners(pair, surfaces);
+    for (std::size_t k = 0; k < 4; ++k) {
+        features.begin[k] = surfaces[at[k].surface].begin(at[k].vertex);
+        features.end[k] = surfaces[at[k].surface].end(at[k].vertex);
+    }
+    return features;
+}
+
+double rest_distance(const FeaturePair& pair, const std::vector<MovingSurface>& surfaces) {
+    const Nodes& X = surfaces[pair.surface_a].rest();
+    std::array<Eigen::Vector3d, 4> x;
+    const auto at = corners(pair, surfaces);
+    for (std::size_t k = 0; k < 4; ++k) x[k] = X.row(at[k].vertex);
+    return closest_points(pair.kind, x).distance;
+}
+
+}  // namespace nbd
