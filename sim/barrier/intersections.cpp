@@ -154,20 +154,22 @@ void IntersectionSearch::find_at_rest(const std::vector<MovingSurface>& surfaces
 
 std::vector<Intersection> IntersectionSearch::find(std::vector<MovingSurface>& surfaces) {
     candidates_ = neighbours_;
+    const auto add = [&](int a, int b, std::span<const FacePair> pairs) {
+        surfaces[a].place_corners(pairs, &FacePair::a);
+        surfaces[b].place_corners(pairs, &FacePair::b);
+        for (const FacePair& faces : pairs)
+            candidates_.push_back(a == b ? within(a, faces) : Intersection{a, b, faces.a, faces.b});
+    };
     const int count = surfaces.size();
     for (int a = 0; a < count; ++a) {
         MovingSurface& s = surfaces[a];
-        if (!s.is_obstacle())
-            for (const FacePair& faces : open_pairs(s, static_cast<float>(2 * s.rounding())))
-                candidates_.push_back(within(a, faces));
-        if (s.proof())
-            for (const FacePair& faces : s.proof()->open_faces()) candidates_.push_back(within(a, faces));
+        if (!s.is_obstacle()) add(a, a, open_pairs(s, static_cast<float>(2 * s.rounding())));
+        if (s.proof()) add(a, a, s.proof()->open_faces());
         for (int b = a + 1; b < count; ++b) {
             MovingSurface& t = surfaces[b];
             if (s.is_obstacle() && t.is_obstacle()) continue;
             const auto distance = static_cast<float>(s.rounding() + t.rounding());
-            for (const FacePair& faces : pair_query_.boxes_within(s.still_tree(), t.still_tree(), distance))
-                candidates_.push_back({a, b, faces.a, faces.b});
+            add(a, b, pair_query_.boxes_within(s.still_tree(), t.still_tree(), distance));
         }
     }
     std::vector<Intersection> found = keep_intersecting(surfaces);
