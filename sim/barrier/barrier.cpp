@@ -97,6 +97,10 @@ std::vector<Intersection> Barrier::intersections(std::span<const Nodes> nodes) {
     return intersection_search_.find(surfaces_);
 }
 
+bool Barrier::missed_too_near() {
+    return can_miss() && intersection_search_.missed_within(surfaces_, least_start());
+}
+
 void Barrier::begin_step(double time, double dt) {
     dt_ = dt;
     if (can_miss()) search_.forget();  // so that a step depends on its start alone

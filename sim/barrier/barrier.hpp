@@ -36,6 +36,8 @@ class Barrier {
     }
     /// Distance at which the potential becomes infinite, metres.
     double floor() const noexcept;
+    /// What is no farther apart is too near to start a step, metres.
+    double least_start() const noexcept { return 2 * floor(); }
 
     /// Starts a step at `time`, of length dt, seconds: the obstacles move on.
     void begin_step(double time, double dt);
@@ -72,6 +74,10 @@ class Barrier {
     /// All other intersecting faces with the nodes of each body at these places, [N, 3], and the obstacles at
     /// their end of the step, by exact tests. Ends the motion that was proposed.
     std::vector<Intersection> intersections(std::span<const Nodes> nodes);
+
+    /// Whether surfaces of bodies whose bounds can miss are too near others to start a step, in the pose of
+    /// the last intersections().
+    bool missed_too_near();
 
     const std::vector<MovingSurface>& surfaces() const noexcept { return surfaces_; }
     /// Of the last look() or move(): pairs of faces, times to place the surfaces and their trees and to query

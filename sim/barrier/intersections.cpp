@@ -177,6 +177,25 @@ std::vector<Intersection> IntersectionSearch::find(std::vector<MovingSurface>& s
     return found;
 }
 
+bool IntersectionSearch::missed_within(std::vector<MovingSurface>& surfaces, double distance) {
+    for (std::size_t a = 0; a < surfaces.size(); ++a)
+        for (std::size_t b = a + 1; b < surfaces.size(); ++b) {
+            MovingSurface &s = surfaces[a], &t = surfaces[b];
+            if (!s.can_miss() && !t.can_miss()) continue;
+            const int first_of_t = s.rest().rows();  // in numbers of the vertices of both
+            const auto at = [&](int v) {
+                return Eigen::Vector3d(v < first_of_t ? s.end(v) : t.end(v - first_of_t));
+            };
+            const auto near = static_cast<float>(distance + s.rounding() + t.rounding());
+            for (const FacePair& faces : pair_query_.boxes_within(s.still_tree(), t.still_tree(), near)) {
+                std::array<int, 3> other = face(t, faces.b);
+                for (int& v : other) v += first_of_t;
+                if (face_distance(face(s, faces.a), other, at) <= distance) return true;
+            }
+        }
+    return false;
+}
+
 std::span<const FacePair> IntersectionSearch::open_pairs(MovingSurface& surface, float distance) {
     const std::optional<HostProof>& proof = surface.proof();
     if (!proof) return self_query_.boxes_within(surface.still_tree(), distance);

@@ -37,6 +37,9 @@ class IntersectionSearch {
     /// excludes.
     std::vector<Intersection> find(std::vector<MovingSurface>& surfaces);
 
+    /// Whether two surfaces of which the tree() of one can miss come within a distance, metres.
+    bool missed_within(std::vector<MovingSurface>& surfaces, double distance);
+
  private:
     void find_at_rest(const std::vector<MovingSurface>& surfaces, int surface, double distance);
     std::span<const FacePair> open_pairs(MovingSurface& surface, float distance);

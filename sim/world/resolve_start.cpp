@@ -148,7 +148,7 @@ std::vector<Contact> World::too_near() {
     barrier().look(nodes_now(), nodes_now(), 0);
     for (const Contact& contact : barrier().contacts(0)) {
         const int a = contact.a.body, b = contact.b.body;
-        if (b < 0 || a == b || contact.gap > 2 * barrier().floor()) continue;
+        if (b < 0 || a == b || contact.gap > barrier().least_start()) continue;
         const auto [known, is_new] = nearest.try_emplace(std::minmax(a, b), contact);
         if (!is_new && contact.gap < known->second.gap) known->second = contact;
     }
@@ -160,7 +160,7 @@ std::vector<Contact> World::too_near() {
 /// The way by which a body leaves an obstacle, to `room` metres from it; zero if no vertex is in it, nor too
 /// near to start.
 Eigen::Vector3d World::way_out(const Body& body, const Obstacle& obstacle, double room) {
-    const double least = 2 * barrier().floor();
+    const double least = barrier().least_start();
     SurfaceDistance deepest{std::numeric_limits<double>::infinity(), Eigen::Vector3d::Zero()};
     const Nodes x = embedded(body.shape->W, body.state.x);
     for (Eigen::Index v = 0; v < x.rows(); ++v)

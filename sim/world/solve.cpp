@@ -259,12 +259,14 @@ double World::search_line(const Eigen::VectorXd& v, const Eigen::VectorXd& to, d
     return 0;
 }
 
-/// Why the end of a part must not be kept; empty: nothing intersects.
-std::string World::end_intersections(double dt, const Eigen::VectorXd& v, WorldReport& report) {
+/// Why the end of a part must not be kept; empty: nothing intersects, nor has come too near for the next part
+/// since bounds missed it.
+std::string World::end_fault(double dt, const Eigen::VectorXd& v, WorldReport& report) {
     const ScopedTimer timer(report.detect_us);
     report.least_distance = barrier().least_distance();  // the contacts at v were found last
     const std::vector<Intersection> found = barrier().intersections(nodes_after(dt, v));
-    return found.empty() ? std::string() : intersection_text(found, barrier().surfaces());
+    if (!found.empty()) return intersection_text(found, barrier().surfaces());
+    return barrier().missed_too_near() ? "surfaces are too near for the next one" : "";
 }
 
 }  // namespace nbd

@@ -102,8 +102,8 @@ struct StartMove {
 /// with surfaces that intersect. A rejected step is taken back and repeated in 2, 4, 8 ... equal parts.
 /// Reasons to reject: the linear system or Newton's iteration does not converge, a body and a sphere approach
 /// each other too fast, or a failure. Bounds that can miss (see can_miss()) let features press late; where a
-/// step would end with an intersection for that, it is solved anew with exact ones. The same calls give the
-/// same bits on any number of threads.
+/// step would end with an intersection for that, or too near for the next, it is solved anew with exact ones.
+/// The same calls give the same bits on any number of threads.
 class World {
  public:
     /// Throws std::invalid_argument for a number out of range.
@@ -284,7 +284,7 @@ class World {
     double propose(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress,
                    WorldReport& report);
     double search_line(const Eigen::VectorXd& v, const Eigen::VectorXd& to, double share);
-    std::string end_intersections(double dt, const Eigen::VectorXd& v, WorldReport& report);
+    std::string end_fault(double dt, const Eigen::VectorXd& v, WorldReport& report);
 
     WorldConfig config_;
     std::vector<Body> bodies_;

@@ -174,16 +174,16 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
     return {};
 }
 
-/// Solves a part so that it ends without intersections, anew with exact bounds where others fail. v: out, see
-/// solve().
+/// Solves a part so that it ends where the next can begin, anew with exact bounds where others fail. v: out,
+/// see solve().
 World::Rejection World::solve_safely(const StepPart& part, Eigen::VectorXd& v, WorldReport& report) {
     for (;;) {
         Rejection rejection = solve(part, v, report);
         if (rejection && !part.finest) return rejection;
         if (!rejection.fatal) {
-            const std::string hit = end_intersections(part.dt, v, report);
-            if (hit.empty()) return rejection;
-            rejection = {.reason = "the step would end where " + hit, .fatal = true};
+            const std::string fault = end_fault(part.dt, v, report);
+            if (fault.empty()) return rejection;
+            rejection = {.reason = "the step would end where " + fault, .fatal = true};
         }
         if (!barrier().can_miss()) return rejection;
         ++report.exact_parts;
