@@ -46,7 +46,7 @@ double edge_area(const MovingSurface& surface, int edge) {
 }  // namespace
 
 void Barrier::add_body(std::shared_ptr<const ContactShape> shape, const TetMesh& rest, double young,
-                       const PairBounds& bounds) {
+                       const PairBounds& bounds, HeldPose held) {
     const auto twin =
         std::ranges::find_if(surfaces_, [&](const MovingSurface& s) { return &s.shape() == shape.get(); });
     const int body = bodies_.size();
@@ -54,7 +54,7 @@ void Barrier::add_body(std::shared_ptr<const ContactShape> shape, const TetMesh&
         surfaces_.push_back(MovingSurface(*twin, body, bounds));
     else
         surfaces_.emplace_back(shape, rest, body, bounds);
-    bodies_.push_back({std::move(shape), young});
+    bodies_.push_back({std::move(shape), young, std::move(held)});
 }
 
 void Barrier::add_obstacle(const Obstacle& obstacle) {
@@ -69,6 +69,7 @@ void Barrier::add_obstacle(const Obstacle& obstacle) {
 void Barrier::begin() {
     intersection_search_.begin(surfaces_, touching_share * reach_);
     search_.begin(surfaces_, intersection_search_.about_those_at_rest());
+    find_held_touch();
 }
 
 /// How far features at a distance may come nearer before they are at their floor, as far as they press.
@@ -129,6 +130,13 @@ void Barrier::look(std::span<const Nodes> begin, std::span<const Nodes> end, dou
     costs_ = {};
     timed(costs_.update_us, [&] { place(begin, end, progress); });
     near_ = search_.find(surfaces_, reach_);
+    if (!held_features_.empty()) {
+        not_held_.assign(near_.begin(), near_.end());
+        std::erase_if(not_held_, [&](const NearFeatures& near) {
+            return std::ranges::binary_search(held_features_, near.pair);
+        });
+        near_ = not_held_;
+    }
     costs_.add(search_.costs());
     find_near_smooth();
 }

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "sim/barrier/intersections.hpp"
@@ -12,12 +14,23 @@
 
 namespace nbd {
 
+/// What something holds of a body, in the pose in which it was added.
+struct HeldPose {
+    Nodes nodes{};              // [N, 3] metres; empty: nothing is held
+    std::vector<char> held{};   // [n] whether a vertex hangs on held nodes alone
+    std::vector<char> stays{};  // [n] whether all of these stay where they are for ever
+};
+
 /// Keeps surfaces apart: between bodies, within each body, and of bodies and obstacles. A caller proposes a
 /// motion of all surfaces; the barrier tells how much of it is free of collisions, and the potential and
 /// contacts at any share of it. Surfaces that start apart are apart after every allowed share.
 ///
 /// Meshes meet meshes by all pairs of a vertex and a face and of two edges; planes and balls meet the
 /// vertices of bodies.
+///
+/// What touches at the start where it is held need not be kept apart: vertices on planes and balls count as
+/// far from these as where they begin to press, also once they are let go. Features of meshes that touch at
+/// points that stay for ever do not press each other, and their faces are no intersections().
 class Barrier {
  public:
     /// reach: distance at which surfaces begin to press, metres, > 0. Both must stay as they are.
@@ -26,7 +39,7 @@ class Barrier {
     /// rest: the body's tetrahedra at rest. young: modulus of its outer layer, Pa. bounds: by which it meets
     /// others. Add all bodies, then the obstacles, then call begin().
     void add_body(std::shared_ptr<const ContactShape> shape, const TetMesh& rest, double young,
-                  const PairBounds& bounds = {});
+                  const PairBounds& bounds = {}, HeldPose held = {});
     void add_obstacle(const Obstacle& obstacle);
     void begin();
     /// Faces of bodies that intersect others of their body at rest. They, others nearly as near, and those
@@ -34,6 +47,8 @@ class Barrier {
     const std::vector<Intersection>& touching_at_rest() const noexcept {
         return intersection_search_.at_rest();
     }
+    /// Whether a vertex of a body is held and touches an obstacle at the start.
+    bool may_touch(int body, int vertex, int obstacle) const;
     /// Distance at which the potential becomes infinite, metres.
     double floor() const noexcept;
     /// What is no farther apart is too near to start a step, metres.
@@ -92,6 +107,7 @@ class Barrier {
     struct Body {
         std::shared_ptr<const ContactShape> shape;
         double young;
+        HeldPose held;
     };
     /// An obstacle: a mesh, which is one of the surfaces, or a plane or ball.
     struct Wall {
@@ -100,6 +116,9 @@ class Barrier {
         int surface = -1;  // -1: a plane or ball
         /// In the step, and displacements of the motion.
         Eigen::Vector3d start{0, 0, 0}, velocity{0, 0, 0}, begin{0, 0, 0}, end{0, 0, 0};
+        /// Held vertices that touch it at the start, by body and number, and by how much farther from a plane
+        /// or ball they count, metres.
+        std::map<std::pair<int, int>, double> held_touch{};
     };
     /// A vertex that may come near a plane or a ball.
     struct NearSmooth {
@@ -112,9 +131,14 @@ class Barrier {
     void place(std::span<const Nodes> begin, std::span<const Nodes> end, double progress);
     bool may_come_near(const MovingSurface& surface, std::span<const int> nodes, const Wall& wall) const;
     void find_near_smooth();
+    void find_held_touch();
+    void find_held_on_smooth();
+    void find_held_pairs(int a, int b, std::vector<Intersection>& faces);
+    bool touches_where_held(const FeaturePair& pair) const;
     double limit(const NearFeatures& near) const;
     double limit(const NearSmooth& near) const;
     SurfaceDistance distance(const NearSmooth& near, double share) const;
+    double farther(const NearSmooth& near) const;
     std::array<Eigen::Vector3d, 4> positions(const FeaturePair& pair, double share) const;
     const Wall* wall_of(const MovingSurface& surface) const;
     BarrierLaw law(double young, double area, double reach) const;
@@ -137,6 +161,8 @@ class Barrier {
     bool is_exact_ = false;  // see be_exact()
     NearFeatureSearch search_;
     IntersectionSearch intersection_search_;
+    std::vector<FeaturePair> held_features_;  // that touch where they stay; sorted
+    std::vector<NearFeatures> not_held_;      // near_ without these, if there are any
     std::span<const NearFeatures> near_;
     std::vector<NearSmooth> near_smooth_;
     std::vector<double> limits_, distances_, energies_;  // [near_, then near_smooth_]

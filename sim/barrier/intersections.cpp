@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "collision/geometry/triangle_triangle.hpp"
 #include "meshing/parallel/parallel_for.hpp"
@@ -152,6 +153,11 @@ void IntersectionSearch::find_at_rest(const std::vector<MovingSurface>& surfaces
             touching_.push_back({surface, surface, i.a, i.b});
 }
 
+void IntersectionSearch::leave_out(std::vector<Intersection> faces) {
+    left_out_ = std::move(faces);
+    std::ranges::sort(left_out_);
+}
+
 std::vector<Intersection> IntersectionSearch::find(std::vector<MovingSurface>& surfaces) {
     candidates_ = neighbours_;
     const auto add = [&](int a, int b, std::span<const FacePair> pairs) {
@@ -173,7 +179,9 @@ std::vector<Intersection> IntersectionSearch::find(std::vector<MovingSurface>& s
         }
     }
     std::vector<Intersection> found = keep_intersecting(surfaces);
-    std::erase_if(found, [&](const Intersection& i) { return std::ranges::binary_search(about_rest_, i); });
+    std::erase_if(found, [&](const Intersection& i) {
+        return std::ranges::binary_search(about_rest_, i) || std::ranges::binary_search(left_out_, i);
+    });
     return found;
 }
 
@@ -188,6 +196,8 @@ bool IntersectionSearch::missed_within(std::vector<MovingSurface>& surfaces, dou
             };
             const auto near = static_cast<float>(distance + s.rounding() + t.rounding());
             for (const FacePair& faces : pair_query_.boxes_within(s.still_tree(), t.still_tree(), near)) {
+                const Intersection pair{static_cast<int>(a), static_cast<int>(b), faces.a, faces.b};
+                if (std::ranges::binary_search(left_out_, pair)) continue;
                 std::array<int, 3> other = face(t, faces.b);
                 for (int& v : other) v += first_of_t;
                 if (face_distance(face(s, faces.a), other, at) <= distance) return true;

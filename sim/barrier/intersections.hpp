@@ -33,6 +33,9 @@ class IntersectionSearch {
     /// between their corners is not.
     const std::vector<Intersection>& about_those_at_rest() const noexcept { return about_rest_; }
 
+    /// Other faces that are no result of find() and missed_within().
+    void leave_out(std::vector<Intersection> faces);
+
     /// All that are not about those at rest, sorted. Of surfaces with a HostProof without those that this
     /// excludes.
     std::vector<Intersection> find(std::vector<MovingSurface>& surfaces);
@@ -50,6 +53,7 @@ class IntersectionSearch {
 
     std::vector<Intersection> candidates_;
     std::vector<Intersection> at_rest_, touching_, about_rest_;
+    std::vector<Intersection> left_out_;    // sorted
     std::vector<Intersection> neighbours_;  // faces with a common vertex, of surfaces without a HostProof
 };
 

@@ -69,7 +69,17 @@ SurfaceDistance Barrier::distance(const NearSmooth& near, double share) const {
     const Wall& wall = walls_[near.wall];
     const Eigen::Vector3d p =
         surfaces_[near.body].at(near.vertex, share) - (wall.begin + share * (wall.end - wall.begin));
-    return *signed_distance(wall.still, p, 0, std::numeric_limits<double>::infinity());
+    SurfaceDistance found = *signed_distance(wall.still, p, 0, std::numeric_limits<double>::infinity());
+    found.distance += farther(near);
+    return found;
+}
+
+/// By how much farther from the wall the vertex counts.
+double Barrier::farther(const NearSmooth& near) const {
+    const auto& held = walls_[near.wall].held_touch;
+    if (held.empty()) return 0;
+    const auto known = held.find({near.body, near.vertex});
+    return known == held.end() ? 0 : known->second;
 }
 
 double Barrier::limit(const NearSmooth& near) const {
@@ -78,10 +88,10 @@ double Barrier::limit(const NearSmooth& near) const {
     const Wall& wall = walls_[near.wall];
     if (const auto* ball = std::get_if<BallShape>(&wall.obstacle.shape)) {
         const MovingSurface& surface = surfaces_[near.body];
-        return std::min(
-            time_to_ball(surface.at(near.vertex, 0) - wall.begin - ball->centre,
-                         surface.at(near.vertex, 1) - wall.end - ball->centre, ball->radius + least),
-            1.0);
+        return std::min(time_to_ball(surface.at(near.vertex, 0) - wall.begin - ball->centre,
+                                     surface.at(near.vertex, 1) - wall.end - ball->centre,
+                                     ball->radius + least - farther(near)),
+                        1.0);
     }
     const double end = distance(near, 1).distance;
     return end >= least ? 1 : std::max(begin - least, 0.0) / (begin - end);

@@ -59,9 +59,7 @@ std::vector<StartMove> World::resolve_start() {
     const WorldSnapshot start = snapshot();
     std::vector<StartMove> moves;
     for (int b = 0; b < body_count(); ++b) moves.push_back({b, Eigen::Vector3d::Zero()});
-    const auto can_move = [&](int body) {
-        return body >= 0 && at(body).grips.empty() && at(body).driven.nodes.empty();
-    };
+    const auto can_move = [&](int body) { return can_be_moved(body); };
     const auto move = [&](int body, const Eigen::Vector3d& by) {
         at(body).state.x.rowwise() += by.transpose();
         moves[body].by += by;
@@ -77,8 +75,8 @@ std::vector<StartMove> World::resolve_start() {
         }
         stuck = -1;
         for (int b = 0; b < body_count(); ++b)
-            for (const Obstacle& obstacle : obstacles_)
-                if (const Eigen::Vector3d by = way_out(at(b), obstacle, room); !by.isZero(0)) {
+            for (int o = 0; o < std::ssize(obstacles_); ++o)
+                if (const Eigen::Vector3d by = way_out(b, o, room); !by.isZero(0)) {
                     stuck = b;
                     if (can_move(b)) move(b, by);
                 }
@@ -157,15 +155,20 @@ std::vector<Contact> World::too_near() {
     return contacts;
 }
 
+/// Whether nothing holds a body, so that resolve_start() may move it. -1: an obstacle.
+bool World::can_be_moved(int body) const {
+    return body >= 0 && at(body).grips.empty() && at(body).driven.nodes.empty();
+}
+
 /// The way by which a body leaves an obstacle, to `room` metres from it; zero if no vertex is in it, nor too
 /// near to start.
-Eigen::Vector3d World::way_out(const Body& body, const Obstacle& obstacle, double room) {
+Eigen::Vector3d World::way_out(int body, int obstacle, double room) {
     const double least = barrier().least_start();
     SurfaceDistance deepest{std::numeric_limits<double>::infinity(), Eigen::Vector3d::Zero()};
-    const Nodes x = embedded(body.shape->W, body.state.x);
-    for (Eigen::Index v = 0; v < x.rows(); ++v)
-        if (const auto at = signed_distance(obstacle, x.row(v), time_, least);
-            at && at->distance < deepest.distance)
+    const Nodes x = surface(body);
+    for (int v = 0; v < x.rows(); ++v)
+        if (const auto at = signed_distance(obstacles_[obstacle], x.row(v), time_, least);
+            at && at->distance < deepest.distance && !barrier().may_touch(body, v, obstacle))
             deepest = *at;
     return deepest.distance <= least ? Eigen::Vector3d((room - deepest.distance) * deepest.normal)
                                      : Eigen::Vector3d::Zero();

@@ -22,8 +22,6 @@ constexpr int max_halvings = 40;         // of a Newton step, until the potentia
 constexpr double rounding = 1e-13;       // relative, of potentials
 constexpr double least_progress = 1e-9;  // share of a Newton step that counts as motion
 
-constexpr const char* way_to_start = "; `resolve_start` moves bodies apart";
-
 /// Whether positions at the end of a step can be told in single precision.
 bool leads_somewhere(double dt, const Eigen::VectorXd& v) {
     constexpr double farthest = 1e18;  // metres; its square is still finite
@@ -33,18 +31,6 @@ bool leads_somewhere(double dt, const Eigen::VectorXd& v) {
 bool moves(const PrescribedNodes& given) { return !given.v.isZero(0); }
 
 }  // namespace
-
-/// Made where it is first asked for.
-Barrier& World::barrier() {
-    if (barrier_) return *barrier_;
-    auto made = std::make_unique<Barrier>(config_.contact, thickness());
-    for (const Body& body : bodies_)
-        made->add_body(body.shape, body.elastic->rest(), body.contact_young, body.bounds);
-    for (const Obstacle& obstacle : obstacles_) made->add_obstacle(obstacle);
-    made->begin();
-    barrier_ = std::move(made);
-    return *barrier_;
-}
 
 std::vector<Nodes> World::nodes_now() const {
     std::vector<Nodes> nodes;
@@ -58,21 +44,6 @@ std::vector<Intersection> World::intersecting_faces() {
 }
 
 std::vector<Intersection> World::touching_at_rest() { return barrier().touching_at_rest(); }
-
-void World::check_start() {
-    if (start_is_checked_) return;
-    barrier().be_exact(true);  // until the next part
-    if (const auto found = intersecting_faces(); !found.empty())
-        throw std::invalid_argument(fmt::format("bodies must start without intersections, but {}{}",
-                                                intersection_text(found, barrier().surfaces()),
-                                                way_to_start));
-    barrier().look(nodes_now(), nodes_now(), 0);
-    if (!std::isfinite(barrier().energy(0)))
-        throw std::invalid_argument(fmt::format(
-            "surfaces must start apart, but the nearest are {:.2g} m apart; allowed: more than {:.2g} m{}",
-            barrier().least_distance(), barrier().floor(), way_to_start));
-    start_is_checked_ = true;
-}
 
 /// Velocities that lead from where the bodies are to where their steps start, stacked; see TimeStep.
 Eigen::VectorXd World::leads(double dt) const {

@@ -92,6 +92,7 @@ int World::add_body(WorldBody body) {
     PairBounds bounds{body.tree, body.bounds, body.margin};
     std::shared_ptr<const ContactShape> shape = contact_shape(body);
     const int index = body_count();
+    Nodes added_at = body.grips.empty() ? Nodes{} : body.state.x;
     systems_.emplace_back(elastic);
     bodies_.push_back({.elastic = std::move(body.elastic),
                        .shape = std::move(shape),
@@ -102,7 +103,8 @@ int World::add_body(WorldBody body) {
                        .forces = Nodes::Zero(nodes, 3),
                        .contact_forces = Nodes::Zero(nodes, 3),
                        .grips = std::move(body.grips),
-                       .grip_start = std::move(grip_start)});
+                       .grip_start = std::move(grip_start),
+                       .added_at = std::move(added_at)});
     first_unknown_.push_back(first_unknown_.back() + 3 * nodes);
     forget_parts();
     return index;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -153,8 +154,8 @@ class World {
     /// each other.
     std::vector<Intersection> touching_at_rest();
 
-    /// Throws std::invalid_argument, naming the faces, where surfaces intersect or touch. The first step does
-    /// it if nobody did before.
+    /// Throws std::invalid_argument, naming the faces, where surfaces intersect or touch; what is held may
+    /// touch, see Barrier. The first step does it if nobody did before.
     void check_start();
 
     /// Moves bodies without grips apart, and out of obstacles, until nothing intersects or is too near to
@@ -196,6 +197,7 @@ class World {
         Nodes forces, contact_forces;
         std::vector<Grip> grips;
         std::vector<Nodes> grip_start;  // per grip, positions at which it took its nodes
+        Nodes added_at;                 // positions of all nodes then; empty: it has no grips
         DrivenNodes driven{};
         double energy = 0;  // elastic, joules, at the end of the last step
         Vertices posed{};   // what its trees' poses read
@@ -267,11 +269,16 @@ class World {
     double residual(const Eigen::VectorXd& v);
 
     // resolve_start.cpp
+    bool can_be_moved(int body) const;
     std::vector<Contact> too_near();
-    Eigen::Vector3d way_out(const Body& body, const Obstacle& obstacle, double room);
+    Eigen::Vector3d way_out(int body, int obstacle, double room);
+
+    // world_start.cpp
+    Barrier& barrier();
+    static HeldPose held_pose(const Body& body);
+    std::string way_to_start(std::span<const std::array<int, 2>> pairs) const;
 
     // solve.cpp
-    Barrier& barrier();
     std::vector<Nodes> nodes_now() const;
     Eigen::VectorXd leads(double dt) const;
     std::vector<Contact> contacts_at(double dt, const Eigen::VectorXd& v, double share, double progress,
