@@ -48,7 +48,7 @@ struct ContactConfig {
     double thickness =
         0;  // distance at which contact begins, metres; 0: 0.1 % of the smallest body's diagonal
     // Residual of every body, contacts included, at which they count as settled, relative to its impulses in
-    // the step, see ContactSolver::scales().
+    // the step, see ContactSolver::share_of_scales().
     double tolerance = 1e-4;
 };
 

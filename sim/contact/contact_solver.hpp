@@ -37,8 +37,8 @@ struct ContactSolveReport {
 /// solve is only as accurate as needed, and taken as far only as it lowers the potential of what presses.
 /// Friction is a drag, which is constant in a solve and then set anew, after eight accurate passes at most,
 /// where the friction between two bodies does not fit their normal forces to a two-thousandth. Residuals are
-/// judged body by body, see scales(): how fast a body moves as a whole, or how heavy and fast others are,
-/// does not matter. A contact that lets go for the second time presses without friction from then on.
+/// judged body by body, see share_of_scales(): how fast a body moves as a whole, or how heavy and fast others
+/// are, does not matter. A contact that lets go for the second time presses without friction from then on.
 class ContactSolver {
  public:
     /// Of solve(). A barrier is far from its tangent at first.
@@ -64,12 +64,10 @@ class ContactSolver {
     /// return.
     ContactSolveReport solve(std::span<const StepSystem> systems, Eigen::VectorXd& v);
 
-    /// Size of the impulses on each body in the step, in the norms of CoupledSolver::norms(): loads and
-    /// elasticity at its start, the guess of what changes, and the contacts of the last solve(). The first
-    /// solve() after begin() takes them.
-    const std::vector<double>& scales() const noexcept { return scales_; }
     /// The largest norm of a body's part of r, an impulse, as a share of its scale, without bodies of which
-    /// `rounding` has a larger norm.
+    /// `rounding` has a larger norm. A scale is the size of the body's impulses in the step, in the norms of
+    /// CoupledSolver::norms(): of loads and elasticity at its start, the guess of what changes, and the
+    /// contacts of the last solve(). The first solve() after begin() takes them.
     double share_of_scales(const Eigen::VectorXd& r, const Eigen::VectorXd& rounding) const;
 
     /// Linearises the contacts at velocities v.
@@ -154,7 +152,7 @@ class ContactSolver {
     double tolerance_;                        // of the linear solves, relative to yielding_scales_
     Eigen::VectorXd start_;                   // velocities before the step
     std::vector<double> step_impulses_;       // [bodies] scales_ without contacts; empty: not measured yet
-    std::vector<double> scales_;              // [bodies]
+    std::vector<double> scales_;              // [bodies] see share_of_scales()
     // [bodies] likewise, with impulses on each node times its StepSystem::softness(). By these, what a solve
     // leaves does not grow from step to step where a body is stiff.
     std::vector<double> yielding_impulses_, yielding_scales_;

@@ -21,7 +21,8 @@ enum class LinearSolver {
 /// Settings for the linear systems of a step.
 struct LinearSolveConfig {
     LinearSolver solver = LinearSolver::iterative;
-    // Residual of every body relative to its impulses in the step, see ContactSolver::scales(); > 0 and < 1.
+    // Residual of every body relative to its impulses in the step, see ContactSolver::share_of_scales(); > 0
+    // and < 1.
     double tolerance = 1e-5;
     /// > 0; of systems of up to 10,000 nodes, and in proportion of larger ones. After these the system is
     /// factorised, which costs more, the more nodes there are.

@@ -66,7 +66,7 @@ void World::build_systems(const std::vector<PrescribedNodes>& given, const Eigen
 }
 
 /// Norm of the residual impulse at v of the body that is farthest from balance, relative to its scale, see
-/// ContactSolver::scales(); 0 where rounding alone leaves as much.
+/// ContactSolver::share_of_scales(); 0 where rounding alone leaves as much.
 double World::residual(const Eigen::VectorXd& v) {
     solver_.linearise(v);
     constexpr double unit = 4 * std::numeric_limits<double>::epsilon();

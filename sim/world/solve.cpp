@@ -117,6 +117,7 @@ World::Rejection World::solve(const StepPart& part, Eigen::VectorXd& v, WorldRep
     }
     const bool is_newton = config_.step.newton_iterations > 1;
     const int most = is_newton ? config_.step.newton_iterations : max_linearisations;
+    report.solver_converged = true;
     barrier().begin_step(time_, dt);
     Eigen::VectorXd to = stacked(&World::likely_velocities, given);
     v = -leads(dt);

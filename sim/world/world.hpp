@@ -39,7 +39,7 @@ struct StepConfig {
     // as many as contacts need.
     int newton_iterations = 1;
     // Newton stops at this residual impulse of every body, relative to its impulses of loads, elasticity and
-    // contacts in the step, in the norm of the inverse masses, see ContactSolver::scales().
+    // contacts in the step, in the norm of the inverse masses, see ContactSolver::share_of_scales().
     double newton_tolerance = 1e-3;
     int max_substeps = 8;  // a power of two: a rejected step is cut into at most this many parts
 };
@@ -117,7 +117,8 @@ class World {
 
     /// Advances by dt seconds, > 0. On a failure, see the report, the bodies are left as they were before the
     /// part that failed. Throws std::invalid_argument on a bad dt, and before the first step if surfaces
-    /// intersect; StopAsked as stop_if_asked(), and the world is as before the step, without contact forces.
+    /// intersect; StopAsked as stop_if_asked(). Whatever is thrown, the world is as before the step, without
+    /// contact forces.
     WorldReport step(double dt);
 
     int body_count() const noexcept { return bodies_.size(); }
@@ -219,6 +220,7 @@ class World {
     struct PartStart {
         WorldSnapshot snapshot;
         std::vector<Nodes> contact_forces;  // [bodies]
+        std::vector<double> energies;       // [bodies]
     };
 
     std::shared_ptr<const ContactShape> contact_shape(WorldBody& body) const;
@@ -236,7 +238,8 @@ class World {
     void reset(const WorldSnapshot& snapshot);
 
     // world_step.cpp
-    void take_parts(double dt, WorldReport& report);
+    void take_step(double dt, WorldReport& report);
+    void take_parts(double dt, const PartStart& begin, WorldReport& report);
     void tell_trouble(WorldReport& report) const;
     PartStart part_start() const;
     void take_back(const PartStart& start);

@@ -35,41 +35,49 @@ WorldReport World::step(double dt) {
     if (!(dt > 0) || !std::isfinite(dt))
         throw std::invalid_argument(fmt::format("world: dt is {}, but must be > 0", dt));
     WorldReport report;
-    timed(report.rest_us, [&] { take_parts(dt, report); });
+    timed(report.rest_us, [&] { take_step(dt, report); });
     return report;
+}
+
+/// Takes a step, or nothing of it where something is thrown.
+void World::take_step(double dt, WorldReport& report) {
+    check_start();
+    start_driving(dt);
+    for (Body& body : bodies_) body.contact_forces.setZero();
+    const PartStart start = part_start();
+    try {
+        take_parts(dt, start, report);
+        measure(report);
+        tell_trouble(report);
+    } catch (...) {
+        take_back(start);
+        for (Body& body : bodies_)  // nodes driven in this step move in the next one
+            if (body.driven.start == time_) body.driven.end = time_;
+        throw;
+    }
 }
 
 /// Takes a step in equal parts, at first in one. A rejected part is taken back and halved, with all that are
 /// left.
-void World::take_parts(double dt, WorldReport& report) {
-    const double begin = time_;
-    check_start();
-    start_driving(dt);
-    for (Body& body : bodies_) body.contact_forces.setZero();
+void World::take_parts(double dt, const PartStart& begin, WorldReport& report) {
     report.substeps = 1;
-    std::optional<PartStart> first, later;  // what parts began from; the first is the start of the step
+    std::optional<PartStart> later;  // what a part began from that is not the first
     for (int done = 0; done < report.substeps;) {
         const double share = 1.0 / report.substeps;
         const StepPart part{.dt = dt * share,
-                            .end = begin + dt * ((done + 1) * share),
+                            .end = begin.snapshot.time + dt * ((done + 1) * share),
                             .share = share,
                             .finest = report.substeps >= config_.step.max_substeps};
-        const PartStart& start = (first ? later : first).emplace(part_start());
-        bool& settled = report.contacts_settled;  // of the parts that are kept
-        const bool settled_before = std::exchange(settled, true);
-        Rejection rejection;
-        try {
-            stop_if_asked();
-            rejection = try_part(part, report);
-        } catch (const StopAsked&) {
-            take_back(*first);
-            for (Body& body : bodies_)  // nodes driven in this step move in the next one
-                if (body.driven.start == begin) body.driven.end = begin;
-            throw;
-        }
+        const PartStart& start = done == 0 ? begin : later.emplace(part_start());
+        // Of the parts that are kept.
+        const bool settled = std::exchange(report.contacts_settled, true);
+        const bool converged = std::exchange(report.solver_converged, true);
+        stop_if_asked();
+        const Rejection rejection = try_part(part, report);
         if (rejection) report.rejection = fmt::format("at {:.6g} s: {}", part.end, rejection.reason);
         const bool is_kept = !rejection || (part.finest && !rejection.fatal);
-        settled = settled_before && (settled || !is_kept);
+        report.contacts_settled = settled && (report.contacts_settled || !is_kept);
+        report.solver_converged = converged && (report.solver_converged || !is_kept);
         if (is_kept) {
             if (rejection && report.trouble == StepTrouble::none) {
                 report.trouble = rejection.trouble;
@@ -87,8 +95,6 @@ void World::take_parts(double dt, WorldReport& report) {
         done *= 2;
     }
     report.time = time_;
-    measure(report);
-    tell_trouble(report);
 }
 
 /// What went wrong shows only at the end of the step where no part of it was rejected.
@@ -107,14 +113,20 @@ void World::tell_trouble(WorldReport& report) const {
 }
 
 World::PartStart World::part_start() const {
-    PartStart start{.snapshot = snapshot(), .contact_forces = {}};
-    for (const Body& body : bodies_) start.contact_forces.push_back(body.contact_forces);
+    PartStart start{.snapshot = snapshot(), .contact_forces = {}, .energies = {}};
+    for (const Body& body : bodies_) {
+        start.contact_forces.push_back(body.contact_forces);
+        start.energies.push_back(body.energy);
+    }
     return start;
 }
 
 void World::take_back(const PartStart& start) {
     reset(start.snapshot);
-    for (int b = 0; b < body_count(); ++b) at(b).contact_forces = start.contact_forces[b];
+    for (int b = 0; b < body_count(); ++b) {
+        at(b).contact_forces = start.contact_forces[b];
+        at(b).energy = start.energies[b];
+    }
 }
 
 /// A hundred-thousandth of the smallest body: nobody sees that friction gives by as much before it slides. Or
@@ -129,17 +141,18 @@ double World::slip_length(double dt) const noexcept {
 /// where they are.
 std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_solved, WorldReport& report) {
     int inverted = 0;
+    std::vector<double> energies;
     const std::vector<Nodes> ends = nodes_after(part.dt, v);
     // Where the contacts were found: there, their two points lie opposite each other.
     BodyPositions starts{.x = nodes_now(), .centres = {}};
     for (int b = 0; b < body_count(); ++b) {
-        Body& body = at(b);
+        const Body& body = at(b);
         starts.centres.push_back(centre_of_mass(*body.elastic, body.state.x));
         const ElementReport elements = body.elastic->measure(ends[b]);
         inverted += elements.inverted;
         std::string failure = pose_failure(b, elements, body.elastic->element_count(), config_.limits);
         if (!failure.empty()) return failure;
-        body.energy = elements.energy;
+        energies.push_back(elements.energy);
     }
     Eigen::VectorXd impulses = solver_.impulses(v);
     const std::vector<Momentum> of_contacts = solver_.momenta(v, starts);
@@ -170,6 +183,7 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
     }
     for (int b = 0; b < body_count(); ++b)
         at(b).contact_forces += part.share / part.dt * body_part(b, impulses);
+    for (int b = 0; b < body_count(); ++b) at(b).energy = energies[b];
     report.inverted_elements = inverted;
     return {};
 }

@@ -145,6 +145,26 @@ TEST(StepTrouble, TetrahedraInsideOutAreTold) {
     EXPECT_EQ(report.failure, "");
 }
 
+/// The second of two bodies is torn apart in a step.
+TEST(StepTrouble, AFailureLeavesTheEnergyOfTheBodiesBeforeIt) {
+    const Model box({0.4, 0.4, 0.4}, {2, 2, 2});
+    WorldConfig config{.gravity = Eigen::Vector3d::Zero()};
+    config.step.max_substeps = 1;
+    World world(config);
+    WorldBody pressed = box.at({0, 0, 0});
+    pressed.state.x *= 0.9;
+    world.add_body(std::move(pressed));
+    world.add_body(box.at({2, 0, 0}));
+    const double before = world.step(1e-3).elastic_energy;
+    ASSERT_GT(before, 0);
+    world.forces(1).row(0).setConstant(1e9);
+    const WorldReport report = world.step(1e-3);
+    EXPECT_NE(report.failure.find("body 1: tetrahedron"), std::string::npos) << report.failure;
+    EXPECT_EQ(report.elastic_energy, before);
+    world.forces(1).setZero();
+    EXPECT_NE(world.step(1e-3).elastic_energy, before);
+}
+
 TEST(StepTrouble, NamesAreUnique) {
     EXPECT_STREQ(name(StepTrouble::none), "");
     std::set<std::string> names;
