@@ -20,11 +20,11 @@ SceneFindings findings_of(const std::filesystem::path& path) {
     try {
         reading = read_scene(file_text(path), path.parent_path());
     } catch (const std::invalid_argument& error) {
-        return {{fmt::format("{}: {}", path.string(), error.what())}, {}};
+        return {{fmt::format("{}: {}", path.string(), error.what())}, {}, {}};
     } catch (const std::runtime_error& error) {
-        return {{error.what()}, {}};  // the message names the path
+        return {{error.what()}, {}, {}};  // the message names the path
     }
-    SceneFindings findings{reading.problems, {}};
+    SceneFindings findings{reading.problems, {}, {}};
     Output silent;
     silent.quiet = true;
     SceneFiles files;
@@ -40,7 +40,8 @@ SceneFindings findings_of(const std::filesystem::path& path) {
     SceneFindings checked = check_scene(reading, loaded);
     std::ranges::move(checked.problems, std::back_inserter(findings.problems));
     findings.warnings = std::move(checked.warnings);
-    for (auto* lines : {&findings.problems, &findings.warnings})
+    findings.notes = std::move(checked.notes);
+    for (auto* lines : {&findings.problems, &findings.warnings, &findings.notes})
         for (std::string& line : *lines)
             line = fmt::format("{}: {}", path.string(), line.substr(0, line.find('\n')));
     return findings;
@@ -51,7 +52,8 @@ void run(const std::vector<std::string>& scenes, Output& out) {
     std::size_t count = 0, wrong = 0;
     for (const std::string& scene : scenes) {
         out.work("checking " + scene);
-        const auto [problems, warnings] = findings_of(scene);
+        const auto [problems, warnings, notes] = findings_of(scene);
+        for (const std::string& note : notes) out.announcement(note);
         for (const std::string& warning : warnings) out.warning(warning);
         count += problems.size();
         wrong += problems.empty() ? 0 : 1;

@@ -50,26 +50,21 @@ nlohmann::ordered_json to_json(const StepTotals& total, int frames, double size,
     return json;
 }
 
-/// A warning about bodies that overlap or touch, or an error if steps refuse them.
+/// A warning about bodies that overlap, or an error if steps refuse the start.
 void tell_faults(const std::string& scene, const SceneSpec& spec, World& world, const Output& out) {
-    std::string line = start_warning(start_faults(world, body_labels(spec)), spec.resolve_start);
-    if (!line.empty()) line = fmt::format("{}: {}", scene, line);
-    try {
-        world.check_start();
-    } catch (const std::invalid_argument& error) {
-        throw std::invalid_argument(line.empty() ? fmt::format("{}: {}", scene, error.what()) : line);
-    }
-    if (!line.empty()) out.warning(line);
+    const StartVerdict verdict = judge_start(world, body_labels(spec));
+    const std::string line = start_warning(verdict.faults, spec.resolve_start);
+    if (!verdict.refusal.empty())
+        throw std::invalid_argument(fmt::format("{}: {}", scene, line.empty() ? verdict.refusal : line));
+    if (!line.empty()) out.warning(fmt::format("{}: {}", scene, line));
 }
 
 }  // namespace
 
 void tell_start(const std::string& scene, const SceneSpec& spec, std::span<const LoadedBody> bodies,
                 World& world, const std::vector<StartMove>& moves, const Output& out) {
-    for (const auto& [body, by] : moves)
-        out.announcement(fmt::format(
-            "body {} '{}' touched or overlapped something at the start and was moved by ({:.3g}, {:.3g}, {:.3g}) m",
-            body, spec.bodies[body].name, by.x(), by.y(), by.z()));
+    for (const StartMove& move : moves)
+        out.announcement(fmt::format("{}: {}", scene, moved_text(body_labels(spec)[move.body], move)));
     tell_faults(scene, spec, world, out);
     for (const std::string& line : scene_body_warnings(spec, bodies))
         out.warning(fmt::format("{}: {}", scene, line));

@@ -15,6 +15,7 @@
 #include "collision/geometry/far_origin.hpp"
 #include "meshing/formats/read_surface.hpp"
 #include "meshing/surface/solid_boundary.hpp"
+#include "sim/scene/scene_check.hpp"
 #include "sim/world/hang_on_body.hpp"
 
 namespace nbd {
@@ -270,12 +271,10 @@ World build_world(const SceneSpec& given, std::span<const LoadedBody> bodies, st
             throw std::invalid_argument(fmt::format("obstacles[{}]: {}", o, error.what()));
         }
     }
-    std::vector<StartMove> made;
-    if (spec.resolve_start)
-        made = world.resolve_start();
-    else if (moves)
-        made = world.part_touching();
-    if (moves) *moves = std::move(made);
+    if (moves)
+        *moves = move_apart(spec, world);
+    else if (spec.resolve_start)
+        world.resolve_start();
     return world;
 }
 

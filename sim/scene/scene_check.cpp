@@ -23,6 +23,16 @@ std::vector<std::string> body_labels(const SceneSpec& spec) {
     return labels;
 }
 
+std::vector<StartMove> move_apart(const SceneSpec& spec, World& world) {
+    return spec.resolve_start ? world.resolve_start() : world.part_touching();
+}
+
+std::string moved_text(const std::string& label, const StartMove& move) {
+    return fmt::format(
+        "{}: touched or overlapped something at the start and was moved by ({:.3g}, {:.3g}, {:.3g}) m", label,
+        move.by.x(), move.by.y(), move.by.z());
+}
+
 namespace {
 
 /// One line about the first sphere that the vertices of a body may not meet, and how many there are; empty if
@@ -113,46 +123,53 @@ namespace {
 class SceneCheck {
  public:
     SceneCheck(const SceneReading& reading, std::span<const LoadedBody> bodies)
-        : reading_(reading), bodies_(bodies), spec_(local_scene(reading.spec, bodies)) {}
+        : reading_(reading),
+          bodies_(bodies),
+          spec_(local_scene(reading.spec, bodies)),
+          world_({.gravity = spec_.gravity, .contact = spec_.contact}) {}
 
     SceneFindings run() {
         for (std::size_t b = 0; b < bodies_.size(); ++b)
             if (bodies_[b].body) check_body(b);
         findings_.warnings = scene_body_warnings(spec_, bodies_);
-        if (!spec_.resolve_start) add(start_.between_bodies());
         for (std::size_t o = 0; o < spec_.obstacles.size(); ++o)
             if (reading_.obstacle_is_good[o]) check_obstacle(o);
+        if (world_.body_count() > 0) check_start();
         return std::move(findings_);
     }
 
  private:
     void check_body(std::size_t number) {
-        const auto say = [&](const std::string& what) {
-            findings_.problems.push_back(fmt::format("bodies[{}]: {}", number, what));
-        };
+        const std::string label = fmt::format("bodies[{}]", number);
         SceneBody spec = spec_.bodies[number];
         const std::vector<SceneGrip> grips = std::exchange(spec.grips, {});
         try {
             WorldBody body =
                 make_world_body(spec, bodies_[number],
                                 scene_elastic(spec, bodies_[number], scene_materials(spec, bodies_[number])));
-            check_grips(number, grips, body.state.x);
-            start_.add_body(fmt::format("bodies[{}]", number), {embedded(body.W, body.state.x), body.F});
-            World({}).add_body(std::move(body));
+            body.grips = checked_grips(number, grips, body.state.x);
+            world_.add_body(std::move(body));
+            labels_.push_back(label);
         } catch (const std::exception& error) {
-            say(error.what());
+            findings_.problems.push_back(fmt::format("{}: {}", label, error.what()));
         }
     }
 
-    void check_grips(std::size_t number, const std::vector<SceneGrip>& grips, const Nodes& x) {
+    /// Of nodes that several hold, the first has all.
+    std::vector<Grip> checked_grips(std::size_t number, const std::vector<SceneGrip>& grips, const Nodes& x) {
         std::vector<const SceneGrip*> holder(x.rows(), nullptr);
+        std::vector<Grip> result;
         for (const SceneGrip& grip : grips) {
             const std::vector<int> nodes = nodes_in(grip.region, x);
             const SceneGrip* other = nullptr;
+            result.push_back(grip.motion);
             for (const int node : nodes) {
-                const SceneGrip*& held_by = holder[node];
-                if (held_by && !other) other = held_by;
-                held_by = &grip;
+                if (holder[node]) {
+                    if (!other) other = holder[node];
+                    continue;
+                }
+                holder[node] = &grip;
+                result.back().nodes.push_back(node);
             }
             const auto say = [&](const std::string& what) {
                 findings_.problems.push_back(fmt::format("bodies[{}].{}: {}", number, grip.key, what));
@@ -160,31 +177,41 @@ class SceneCheck {
             if (nodes.empty()) say("the region holds no node of the body");
             if (other) say("contains nodes that " + other->key + " also holds");
         }
-    }
-
-    void add(const std::vector<StartFault>& faults) {
-        for (const StartFault& fault : faults)
-            if (fault.overlaps)
-                findings_.problems.push_back(fault.text + way_to_part);
-            else
-                findings_.warnings.push_back(fault.text + way_of_touching);
+        std::erase_if(result, [](const Grip& grip) { return grip.nodes.empty(); });
+        return result;
     }
 
     void check_obstacle(std::size_t number) {
+        const std::string label = fmt::format("obstacles[{}]", number);
         try {
-            const Obstacle obstacle = make_obstacle(spec_.obstacles[number]);
-            nbd::check_obstacle(obstacle);
-            if (!spec_.resolve_start)
-                add(start_.with_obstacle(fmt::format("obstacles[{}]", number), obstacle));
+            world_.add_obstacle(make_obstacle(spec_.obstacles[number]));
+            obstacle_labels_.push_back(label);
         } catch (const std::exception& error) {
-            findings_.problems.push_back(fmt::format("obstacles[{}]: {}", number, error.what()));
+            findings_.problems.push_back(fmt::format("{}: {}", label, error.what()));
         }
+    }
+
+    /// As a run begins.
+    void check_start() {
+        try {
+            for (const StartMove& move : move_apart(spec_, world_))
+                findings_.notes.push_back(moved_text(labels_[move.body], move));
+        } catch (const std::invalid_argument& error) {
+            findings_.problems.push_back(error.what());
+            return;
+        }
+        const StartVerdict verdict = judge_start(world_, labels_, obstacle_labels_);
+        std::vector<std::string>& lines = verdict.refusal.empty() ? findings_.warnings : findings_.problems;
+        for (const StartFault& fault : verdict.faults)
+            lines.push_back(spec_.resolve_start ? start_warning({fault}, true) : fault.text + fault.way);
+        if (!verdict.refusal.empty() && verdict.faults.empty()) lines.push_back(verdict.refusal);
     }
 
     const SceneReading& reading_;
     std::span<const LoadedBody> bodies_;
     SceneSpec spec_;
-    StartCheck start_;
+    World world_;  // of what is good
+    std::vector<std::string> labels_, obstacle_labels_;
     SceneFindings findings_;
 };
 

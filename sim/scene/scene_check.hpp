@@ -9,17 +9,25 @@
 
 namespace nbd {
 
-/// What is wrong with a scene, and what may make its motion wrong. One line each, JSON path first.
+/// What is wrong with a scene, what may make its motion wrong, and what a run changes before it begins. One
+/// line each, JSON path first.
 struct SceneFindings {
-    std::vector<std::string> problems, warnings;
+    std::vector<std::string> problems, warnings, notes;
 };
 
 /// Checks a scene beyond its text. Problems: bodies that cannot be simulated, trees of other surfaces,
-/// regions without nodes or with nodes held by another grip, unusable obstacles, bodies that overlap each
-/// other or an obstacle at the start. Warnings: bodies that touch something then, and those of
-/// scene_body_warnings(). bodies: one per reading.spec.bodies. Obstacles with problems in their text are
-/// skipped.
+/// regions without nodes or with nodes held by another grip, unusable obstacles, a start that steps refuse
+/// although bodies that touch were moved, see judge_start(). Warnings: other faults of the start, and those
+/// of scene_body_warnings(). Notes: bodies that are moved. bodies: one per reading.spec.bodies. Bodies and
+/// obstacles with problems are left out of the start.
 SceneFindings check_scene(const SceneReading& reading, std::span<const LoadedBody> bodies);
+
+/// Moves bodies of a world apart before its first step: all that intersect if the scene asks for it, else
+/// those that only touch. Throws as World::resolve_start().
+std::vector<StartMove> move_apart(const SceneSpec& spec, World& world);
+
+/// A line about a move. label: of the body.
+std::string moved_text(const std::string& label, const StartMove& move);
 
 /// Names of a scene's bodies in messages, as "bodies[1] (cube)".
 std::vector<std::string> body_labels(const SceneSpec& spec);

@@ -155,7 +155,6 @@ std::vector<Contact> World::too_near() {
     return contacts;
 }
 
-/// Whether nothing holds a body, so that resolve_start() may move it. -1: an obstacle.
 bool World::can_be_moved(int body) const {
     return body >= 0 && at(body).grips.empty() && at(body).driven.nodes.empty();
 }

@@ -21,8 +21,9 @@ constexpr double nearly = 1e-6;  // likewise: what is nearer touches
 /// A surface at the start. Trees are made where something is near.
 class StartCheck::Surface {
  public:
-    Surface(std::string name, TriMesh surface, const Eigen::Vector3d& origin)
+    Surface(std::string name, TriMesh surface, const Eigen::Vector3d& origin, bool held)
         : label(std::move(name)),
+          is_held(held),
           mesh(std::move(surface)),
           box(mesh.X.colwise().minCoeff().transpose(), mesh.X.colwise().maxCoeff().transpose()),
           x_((mesh.X.rowwise() - origin.transpose()).cast<float>()) {}
@@ -57,6 +58,7 @@ class StartCheck::Surface {
     }
 
     std::string label;
+    bool is_held;
     TriMesh mesh;
     Eigen::AlignedBox3d box;
 
@@ -97,12 +99,27 @@ Meeting meeting(PairQuery& query, Surface& a, Surface& b) {
 
 }  // namespace
 
-StartCheck::StartCheck() = default;
+StartCheck::StartCheck(double apart) : apart_(apart) {}
 StartCheck::~StartCheck() = default;
 
-void StartCheck::add_body(std::string label, TriMesh surface) {
+void StartCheck::add_body(std::string label, TriMesh surface, bool is_held) {
     if (bodies_.empty()) origin_ = surface.X.colwise().mean();
-    bodies_.push_back(std::make_unique<Surface>(std::move(label), std::move(surface), origin_));
+    bodies_.push_back(std::make_unique<Surface>(std::move(label), std::move(surface), origin_, is_held));
+}
+
+/// what: says what the body does. other: a body that it meets; null: an obstacle.
+StartFault StartCheck::fault(bool overlaps, const Surface& body, const std::string& what,
+                             const Surface* other) const {
+    StartFault result{.overlaps = overlaps,
+                      .is_held = body.is_held && (!other || other->is_held),
+                      .text = fmt::format("{}: {}", body.label, what),
+                      .way = "; \"resolve_start\": true moves bodies apart before the first step"};
+    if (result.is_held && other)
+        result.way = fmt::format("; {} and {} are held, so place them at least {:.2g} m apart", other->label,
+                                 body.label, apart_);
+    else if (result.is_held)
+        result.way = fmt::format("; {} is held, so place it at least {:.2g} m away", body.label, apart_);
+    return result;
 }
 
 std::vector<StartFault> StartCheck::between_bodies() {
@@ -113,13 +130,15 @@ std::vector<StartFault> StartCheck::between_bodies() {
             if (!a.box.intersects(b.box)) continue;
             const Meeting found = meeting(query_, a, b);
             if (found.touches_only)
-                faults.push_back({false, fmt::format("{}: touches {} at the start", b.label, a.label)});
+                faults.push_back(fault(false, b, fmt::format("touches {} at the start", a.label), &a));
             else if (found.crossing > 0)
-                faults.push_back({true, fmt::format("{}: overlaps {} at the start: {} pairs of faces cross",
-                                                    b.label, a.label, found.crossing)});
+                faults.push_back(fault(
+                    true, b,
+                    fmt::format("overlaps {} at the start: {} pairs of faces cross", a.label, found.crossing),
+                    &a));
             else if (a.encloses(b) || b.encloses(a))
                 faults.push_back(
-                    {true, fmt::format("{}: lies inside {} or encloses it at the start", b.label, a.label)});
+                    fault(true, b, fmt::format("lies inside {} or encloses it at the start", a.label), &a));
         }
     return faults;
 }
@@ -129,7 +148,7 @@ std::vector<StartFault> StartCheck::with_obstacle(const std::string& label, cons
     if (const auto* shape = std::get_if<std::shared_ptr<const StaticSurface>>(&obstacle.shape)) {
         TriMesh mesh = (*shape)->mesh();
         mesh.X.rowwise() += displacement_at(obstacle, 0).transpose();
-        solid = std::make_unique<Surface>(label, std::move(mesh), origin_);
+        solid = std::make_unique<Surface>(label, std::move(mesh), origin_, true);
     }
     std::vector<StartFault> faults;
     for (const auto& body : bodies_)
@@ -153,44 +172,59 @@ std::optional<StartFault> StartCheck::check(Surface& body, const std::string& la
                 least = std::min(least, *distance - ball->radius);
     }
     if (least < -slight * size)
-        return StartFault{true,
-                          fmt::format("{}: is {:.3g} m deep in {} at the start", body.label, -least, label)};
+        return fault(true, body, fmt::format("is {:.3g} m deep in {} at the start", -least, label));
     if (solid && solid->box.intersects(body.box)) {
         const Meeting found = meeting(query_, *solid, body);
         if (found.crossing > 0 && !found.touches_only)
-            return StartFault{true, fmt::format("{}: overlaps {} at the start: {} pairs of faces cross",
-                                                body.label, label, found.crossing)};
+            return fault(
+                true, body,
+                fmt::format("overlaps {} at the start: {} pairs of faces cross", label, found.crossing));
         if (found.crossing > 0) least = 0;
         if (found.crossing == 0 && body.encloses(*solid))
-            return StartFault{true, fmt::format("{}: encloses {} at the start", body.label, label)};
+            return fault(true, body, fmt::format("encloses {} at the start", label));
     }
-    if (least <= nearly * size)
-        return StartFault{false, fmt::format("{}: touches {} at the start", body.label, label)};
+    if (least <= nearly * size) return fault(false, body, fmt::format("touches {} at the start", label));
     return std::nullopt;
 }
 
-std::vector<StartFault> start_faults(const World& world, const std::vector<std::string>& labels) {
-    StartCheck check;
-    for (int b = 0; b < world.body_count(); ++b) {
-        check.add_body(labels.at(b), {world.surface(b), world.shape(b).F});
-    }
+std::vector<StartFault> start_faults(const World& world, const std::vector<std::string>& labels,
+                                     const std::vector<std::string>& obstacles) {
+    StartCheck check(world.thickness());
+    for (int b = 0; b < world.body_count(); ++b)
+        check.add_body(labels.at(b), {world.surface(b), world.shape(b).F}, !world.can_be_moved(b));
     std::vector<StartFault> faults = check.between_bodies();
-    for (std::size_t o = 0; o < world.obstacles().size(); ++o)
-        for (StartFault& fault : check.with_obstacle(fmt::format("obstacles[{}]", o), world.obstacles()[o]))
+    for (std::size_t o = 0; o < world.obstacles().size(); ++o) {
+        const std::string label = obstacles.empty() ? fmt::format("obstacles[{}]", o) : obstacles.at(o);
+        for (StartFault& fault : check.with_obstacle(label, world.obstacles()[o]))
             faults.push_back(std::move(fault));
+    }
+    std::erase_if(faults, [](const StartFault& fault) { return !fault.overlaps && fault.is_held; });
     std::stable_sort(faults.begin(), faults.end(),
                      [](const StartFault& a, const StartFault& b) { return a.overlaps && !b.overlaps; });
     return faults;
 }
 
+StartVerdict judge_start(World& world, const std::vector<std::string>& labels,
+                         const std::vector<std::string>& obstacles) {
+    StartVerdict verdict{.refusal = {}, .faults = start_faults(world, labels, obstacles)};
+    try {
+        world.check_start();
+    } catch (const std::invalid_argument& error) {
+        verdict.refusal = error.what();
+    }
+    return verdict;
+}
+
 std::string start_warning(const std::vector<StartFault>& faults, bool resolved) {
     constexpr std::size_t most = 3;  // in one line
     if (faults.empty()) return "";
-    std::string line;
-    for (std::size_t f = 0; f < std::min(faults.size(), most); ++f)
+    std::string line, ways;
+    for (std::size_t f = 0; f < std::min(faults.size(), most); ++f) {
         line += (f > 0 ? "; " : "") + faults[f].text;
+        if (ways.find(faults[f].way) == std::string::npos) ways += faults[f].way;
+    }
     if (faults.size() > most) line += fmt::format("; and {} more", faults.size() - most);
-    return line + (resolved ? ", although \"resolve_start\" is set; place the bodies apart" : way_to_part);
+    return line + (resolved ? ", although \"resolve_start\" is set; place the bodies apart" : ways);
 }
 
 }  // namespace nbd

@@ -159,6 +159,9 @@ class World {
     /// touch, see Barrier. The first step does it if nobody did before.
     void check_start();
 
+    /// Whether nothing holds a body, so that resolve_start() may move it. -1, an obstacle: no.
+    bool can_be_moved(int body) const;
+
     /// Moves bodies without grips apart, and out of obstacles, until nothing intersects or is too near to
     /// start. Returns the moves.
     /// Throws std::invalid_argument, naming the faces, where that does not help: bodies that intersect
@@ -272,7 +275,6 @@ class World {
     double residual(const Eigen::VectorXd& v);
 
     // resolve_start.cpp
-    bool can_be_moved(int body) const;
     std::vector<Contact> too_near();
     Eigen::Vector3d way_out(int body, int obstacle, double room);
 

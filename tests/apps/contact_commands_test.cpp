@@ -80,7 +80,7 @@ TEST_F(ContactCommands, AStartThatIntersectsIsRefusedOrMended) {
     write("mended.json", two(R"("resolve_start": true)"));
     const Ran mended = simulate("mended.json");
     EXPECT_EQ(mended.status, 0) << mended.err;
-    EXPECT_THAT(mended.err, HasSubstr("'b' touched or overlapped something at the start and was moved by"));
+    EXPECT_THAT(mended.err, HasSubstr(" (b): touched or overlapped something at the start and was moved by"));
 }
 
 TEST_F(ContactCommands, KeysThatHaveNoEffectAreTold) {
@@ -99,8 +99,9 @@ TEST_F(ContactCommands, ABodyThatTouchesTheFloorIsMovedByLittle) {
         "obstacles": [{"plane": {}}], "time": {"dt": 0.005, "frames": 4, "steps_per_frame": 2}})");
     const Ran touching = simulate("touching.json");
     EXPECT_EQ(touching.status, 0) << touching.err;
-    EXPECT_THAT(touching.err,
-                HasSubstr("'box' touched or overlapped something at the start and was moved by (0, 0, 0.00"));
+    EXPECT_THAT(
+        touching.err,
+        HasSubstr(" (box): touched or overlapped something at the start and was moved by (0, 0, 0.00"));
 }
 
 TEST_F(ContactCommands, DatasetsCountPosesThatIntersect) {

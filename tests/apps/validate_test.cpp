@@ -34,13 +34,13 @@ TEST_F(ValidateTest, ReportsEveryProblemOfEveryScene) {
         "bad.json: bodies[2]: none.h5: no such file\n"
         "bad.json: bodies[3]: box.obj: tetrahedra are read from .msh, .mesh, .vtk and .vtu, not from '.obj'\n"
         "bad.json: bodies[0].pins[0]: the region holds no node of the body\n"
+        "bad.json: obstacles[1]: none.obj: no such file\n"
         "bad.json: bodies[1]: overlaps bodies[0] at the start: 60 pairs of faces cross; \"resolve_start\": "
         "true moves bodies apart before the first step\n"
         "bad.json: bodies[0]: is 0.05 m deep in obstacles[0] at the start; \"resolve_start\": true moves "
         "bodies apart before the first step\n"
         "bad.json: bodies[1]: is 0.03 m deep in obstacles[0] at the start; \"resolve_start\": true moves "
         "bodies apart before the first step\n"
-        "bad.json: obstacles[1]: none.obj: no such file\n"
         "none.json: no such file\n"
         "twice.json: bodies[0].body: this key occurs twice\n");
     EXPECT_EQ(ran.err, "nbdtree: error: 11 problems in 3 of 4 scenes\n");

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <memory>
 #include <string>
+#include <vector>
 
 #include "sim/scene/scene.hpp"
 #include "sim/scene/scene_check.hpp"
@@ -277,23 +279,60 @@ TEST(CheckScene, ReportsEveryProblemOfBodiesAndObstacles) {
               (std::vector<std::string>{
                   "bodies[0].pins[0]: the region holds no node of the body",
                   "bodies[0].grips[0]: contains nodes that pins[1] also holds",
+                  "obstacles[1]: /nowhere.obj: no such file",
                   "bodies[1]: overlaps bodies[0] at the start: 28 pairs of faces cross; \"resolve_start\": "
                   "true moves bodies apart before the first step",
                   "bodies[2]: lies inside bodies[0] or encloses it at the start; \"resolve_start\": true "
                   "moves bodies apart before the first step",
-                  "bodies[0]: is 0.05 m deep in obstacles[0] at the start; \"resolve_start\": true moves "
-                  "bodies apart before the first step",
-                  "obstacles[1]: /nowhere.obj: no such file",
+                  "bodies[0]: is 0.05 m deep in obstacles[0] at the start; bodies[0] is held, so place it at "
+                  "least 0.00022 m away",
               }));
 }
 
-TEST(CheckScene, AcceptsBodiesThatTouchTheFloor) {
-    const SceneReading reading = read_scene(
-        R"({"bodies": [{"body": "a", "transform": {"translate": [0, 0, 0.15]}}], "obstacles": [{"plane": {}}]})",
-        "");
+/// Findings of one box, with its lowest face at this height over a plane.
+SceneFindings findings_at(double height, const std::string& more = "") {
+    const SceneReading reading =
+        read_scene(fmt::format(R"({{"bodies": [{{"body": "a", "transform": {{"translate": [0, 0, {}]}}{}}}],
+                    "obstacles": [{{"plane": {{}}}}]}})",
+                               0.15 + height, more),
+                   "");
     const LoadedBody loaded = box();
     const LoadedBody bodies[] = {loaded};
-    EXPECT_EQ(check_scene(reading, bodies).problems, std::vector<std::string>{});
+    const SceneFindings findings = check_scene(reading, bodies);
+    // A run begins where there is no problem, and nowhere else.
+    std::vector<StartMove> moves;
+    World world = build_world(reading.spec, bodies, &moves);
+    EXPECT_EQ(moves.size(), findings.notes.size()) << height;
+    EXPECT_EQ(test::refusal([&] { world.check_start(); }).empty(), findings.problems.empty()) << height;
+    return findings;
+}
+
+TEST(CheckScene, MovesBodiesThatTouchAsARunDoes) {
+    for (const double height : {0.0, -1e-3, -5e-3}) {  // up to half a hundredth of the size
+        const SceneFindings found = findings_at(height);
+        EXPECT_EQ(found.problems, std::vector<std::string>{}) << height;
+        EXPECT_EQ(found.warnings, std::vector<std::string>{}) << height;
+        ASSERT_EQ(found.notes.size(), 1u) << height;
+        EXPECT_TRUE(found.notes[0].starts_with(
+            "bodies[0]: touched or overlapped something at the start and was moved by (0, 0, 0.00"))
+            << found.notes[0];
+    }
+    EXPECT_TRUE(findings_at(0.01).notes.empty());
+    EXPECT_EQ(findings_at(-0.02).problems,
+              std::vector<std::string>{"bodies[0]: is 0.02 m deep in obstacles[0] at the start; "
+                                       "\"resolve_start\": true moves bodies apart before the first step"});
+}
+
+TEST(CheckScene, AcceptsWhatIsHeldAndTouches) {
+    const std::string below = R"(, "pins": [{"box": {"min": [-9, -9, -9], "max": [9, 9, 0.01]}}])";
+    const SceneFindings found = findings_at(0, below);
+    EXPECT_EQ(found.problems, std::vector<std::string>{});
+    EXPECT_EQ(found.warnings, std::vector<std::string>{});
+    EXPECT_EQ(found.notes, std::vector<std::string>{});
+    EXPECT_EQ(
+        findings_at(-5e-3, below).problems,
+        std::vector<std::string>{"bodies[0]: is 0.005 m deep in obstacles[0] at the start; bodies[0] is "
+                                 "held, so place it at least 0.0011 m away"});
 }
 
 TEST(RestWarnings, TellOfFacesThatIntersectAtRest) {

@@ -245,7 +245,9 @@ TEST(StartCheck, FindsBodiesInObstacles) {
 
 TEST(StartCheck, WarnsInOneLine) {
     EXPECT_EQ(start_warning({}, false), "");
-    const StartFault fault{true, "b: overlaps a"};
+    const StartFault fault{.overlaps = true,
+                           .text = "b: overlaps a",
+                           .way = "; \"resolve_start\": true moves bodies apart before the first step"};
     EXPECT_EQ(start_warning({fault}, false),
               "b: overlaps a; \"resolve_start\": true moves bodies apart before the first step");
     EXPECT_EQ(start_warning({fault, fault, fault, fault, fault}, true),
