@@ -75,7 +75,7 @@ inline constexpr StepNumber step_numbers[] = {
      &StepReport::exact_parts, true},
     {"newton_iterations", "", "linearisations of elasticity", &StepReport::newton_iterations, true},
     {"solver_iterations", "", "iterations of conjugate gradients", &StepReport::solver_iterations, true},
-    {"solver_converged", "", "whether all linear systems were solved to their tolerance",
+    {"solver_converged", "", "whether all linear systems of the parts that were kept met their tolerance",
      &StepReport::solver_converged},
     {"kinetic_energy", "J", "at the end of the step", &StepReport::kinetic_energy},
     {"elastic_energy", "J", "at the end of the step", &StepReport::elastic_energy},
