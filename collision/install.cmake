@@ -26,7 +26,7 @@ if(NOT alignment_is_known)
 endif()
 
 set(NBD_PACKAGE_FOLDER lib/cmake/nbdtree)
-set(rooms base geometry kernels bounds nbd_tree wide_tree neighbours tree query continuous flat)
+set(rooms base geometry kernels bounds nbd_tree wide_tree tree query continuous flat)
 set(targets)
 foreach(room ${rooms} collision)
     set_target_properties(nbd_${room} PROPERTIES EXPORT_NAME ${room})

@@ -25,7 +25,6 @@ struct QueryCounters {
     long nodes_out_of_range = 0;  // those bounded exactly because their input was out of the calibrated range
     long node_tests = 0;          // pairs of tree nodes compared, at most
     long leaf_pairs = 0;          // leaf pairs whose bounds overlap
-    long leaf_pairs_proved = 0;   // those of one body with itself whose faces a NeighbourProof left out
     long boxes_refitted = 0;  // nodes of the box trees under the leaves of sphere trees, up to 32 boxes each
     long box_tests = 0;       // pairs of boxes under leaves compared, at most
     long triangle_tests = 0;  // face pairs whose boxes are near

@@ -15,20 +15,9 @@ constexpr std::size_t batch_size = 2048;
 
 }  // namespace
 
-void SelfQuery::use(const NeighbourProof* proof) {
-    if (proof && proof->left_out() != left_out_)
-        throw std::invalid_argument("the proof takes other pairs of faces for left out than the query");
-    proof_ = proof;
-}
-
 void SelfQuery::reserve(const PosedTree& body, std::size_t pairs) {
     walk_.reserve(body.wide_room().packs, pairs);
     for (auto* held : {&batch_, &pairs_}) held->reserve(pairs);
-}
-
-bool SelfQuery::applies(const NeighbourProof& proof, const PosedWideTree& tree, float distance,
-                        const LeafReach* reach) const noexcept {
-    return &proof.tree() == &tree.tree() && !tree.in_step() && (reach || distance <= proof.proved_distance());
 }
 
 template <class Narrow>
@@ -46,7 +35,7 @@ void SelfQuery::finish_batch(const PosedWideTree& tree, const Narrow& narrow) {
 
 template <class Begin, class Narrow>
 std::span<const FacePair> SelfQuery::find_face_pairs(PosedTree& body, float distance, const Begin& begin,
-                                                     const Narrow& narrow, const LeafReach* reach) {
+                                                     const Narrow& narrow) {
     require_distance(distance);
     if (left_out_ && left_out_->face_count() != body.tree().faces.rows())
         throw std::invalid_argument(message("the query leaves out pairs of a surface of ",
@@ -57,13 +46,10 @@ std::span<const FacePair> SelfQuery::find_face_pairs(PosedTree& body, float dist
     pairs_.clear();
     if (!body.has_pose()) return pairs_;
     PosedWideTree& tree = body.wide_tree();
-    const ProvedApart proved = [this](int leaf, int other) { return proof_->apart(leaf, other); };
-    const bool has_proof = proof_ && applies(*proof_, tree, distance, reach);
-    const LeftOut left_out{.pairs = left_out_.get(), .proved = has_proof ? &proved : nullptr, .reach = reach};
     const int bounded_before = tree.bounded(), out_of_range_before = tree.out_of_range();
     begin(tree);
     for (bool more = true; more;) {
-        more = walk_.next_near_faces(tree, left_out, batch_size, batch_);
+        more = walk_.next_near_faces(tree, left_out_.get(), batch_size, batch_);
         finish_batch(tree, narrow);
     }
     const QueryCounters of_batches = std::exchange(counters_, walk_.counters());
@@ -77,10 +63,9 @@ std::span<const FacePair> SelfQuery::find_face_pairs(PosedTree& body, float dist
 }
 
 template <class Narrow>
-std::span<const FacePair> SelfQuery::find_face_pairs(PosedTree& body, float distance, const Narrow& narrow,
-                                                     const LeafReach* reach) {
+std::span<const FacePair> SelfQuery::find_face_pairs(PosedTree& body, float distance, const Narrow& narrow) {
     return find_face_pairs(
-        body, distance, [&](PosedWideTree& tree) { walk_.begin_one_body(tree, distance); }, narrow, reach);
+        body, distance, [&](PosedWideTree& tree) { walk_.begin_one_body(tree, distance); }, narrow);
 }
 
 std::span<const FacePair> SelfQuery::sorted_pairs() {
@@ -102,9 +87,8 @@ std::span<const FacePair> SelfQuery::within(PosedTree& body, float distance) {
     return sorted_pairs();
 }
 
-std::span<const FacePair> SelfQuery::boxes_within(PosedTree& body, float distance, const LeafReach* reach) {
-    return find_face_pairs(
-        body, distance, [](std::vector<FacePair>&, const auto&) {}, reach);
+std::span<const FacePair> SelfQuery::boxes_within(PosedTree& body, float distance) {
+    return find_face_pairs(body, distance, [](std::vector<FacePair>&, const auto&) {});
 }
 
 std::span<const FacePair> SelfQuery::boxes_within(PosedTree& body, float distance, const LeafPairSet& known,

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "collision/geometry/face_pair_set.hpp"
-#include "collision/neighbours/neighbour_proof.hpp"
 #include "collision/query/near_at_rest.hpp"
 #include "collision/query/pair_query.hpp"
 
@@ -28,13 +27,6 @@ class SelfQuery {
     /// As PairQuery::reserve().
     void reserve(const PosedTree& body, std::size_t pairs);
 
-    /// Proofs of faces that are apart in the pose of the next queries, which need not look at them: of the
-    /// positions that the body has. Must outlive these queries; null: none. Queries of a body with another
-    /// box tree, in a step, or for a distance farther than was proved ignore them; one with a reach of its
-    /// own must ask for no more than was proved. Throws std::invalid_argument unless the proof takes the same
-    /// pairs for left out as this object.
-    void use(const NeighbourProof* proof);
-
     /// Pairs (a, b), a < b, of faces that have a point in common but no vertex, sorted, without repeats. This
     /// is the exact set, except that `learned_affine` bounds give a subset.
     std::span<const FacePair> intersecting(PosedTree& body);
@@ -45,9 +37,8 @@ class SelfQuery {
 
     /// Pairs whose boxes come within `distance`: all pairs of within() and some more, in no order. These are
     /// all pairs of such boxes, except for `learned_affine` bounds. In a step, those of its boxes over the
-    /// whole step: see PosedTree::begin_step(). reach: faces of two leaves of the body's box tree need not be
-    /// found farther apart than this; null: the distance everywhere.
-    std::span<const FacePair> boxes_within(PosedTree& body, float distance, const LeafReach* reach = nullptr);
+    /// whole step: see PosedTree::begin_step().
+    std::span<const FacePair> boxes_within(PosedTree& body, float distance);
 
     /// Likewise for a caller that knows of some pairs of leaves of the body's box tree which are near: of
     /// these, `known`, the query looks at `open` alone. Pairs are {a, b}, a <= b.
@@ -62,18 +53,14 @@ class SelfQuery {
     /// begin(tree): begins the walk.
     template <class Begin, class Narrow>
     std::span<const FacePair> find_face_pairs(PosedTree& body, float distance, const Begin& begin,
-                                              const Narrow& narrow, const LeafReach* reach = nullptr);
+                                              const Narrow& narrow);
     template <class Narrow>
-    std::span<const FacePair> find_face_pairs(PosedTree& body, float distance, const Narrow& narrow,
-                                              const LeafReach* reach = nullptr);
-    bool applies(const NeighbourProof& proof, const PosedWideTree& tree, float distance,
-                 const LeafReach* reach) const noexcept;
+    std::span<const FacePair> find_face_pairs(PosedTree& body, float distance, const Narrow& narrow);
     /// Narrows the pairs of slots in `batch_` and moves them to `pairs_`, as faces.
     template <class Narrow>
     void finish_batch(const PosedWideTree& tree, const Narrow& narrow);
 
     std::shared_ptr<const FacePairSet> left_out_;
-    const NeighbourProof* proof_ = nullptr;
     QueryCounters counters_;
     WideWalk walk_;
     std::vector<FacePair> batch_, pairs_;

@@ -74,14 +74,15 @@ long open_pairs(PosedWideTree& a, PosedWideTree& b, const std::vector<NodePair>&
 struct TwoBodies {
     static bool children(int, int, int, int) noexcept { return true; }
     static bool faces(int, int) noexcept { return true; }
-    static unsigned proved_apart(int, int) noexcept { return 0; }
 };
 
 /// Which pairs a walk over one body with itself takes: every pair of parts once, and no faces that share a
 /// vertex or are among those left out.
 class OneBody {
  public:
-    OneBody(const PosedWideTree& body, const LeftOut& left_out) noexcept : body_(body), left_out_(left_out) {}
+    /// left_out: null for none.
+    OneBody(const PosedWideTree& body, const FacePairSet* left_out) noexcept
+        : body_(body), left_out_(left_out) {}
 
     /// Whether to take children i and j of nodes a and b.
     static bool children(int a, int b, int i, int j) noexcept { return a != b || i <= j; }
@@ -90,16 +91,12 @@ class OneBody {
         const std::array<int, 3> s = body_.face_vertices(slot_a), t = body_.face_vertices(slot_b);
         for (const int v : s)
             if (v == t[0] || v == t[1] || v == t[2]) return false;
-        return !(left_out_.pairs && left_out_.pairs->contains(body_.face(slot_a), body_.face(slot_b)));
-    }
-    /// Bits of faces of leaf b that are proved apart from all of leaf a.
-    unsigned proved_apart(int leaf_a, int leaf_b) const noexcept {
-        return left_out_.proved ? (*left_out_.proved)(leaf_a, leaf_b) : 0;
+        return !(left_out_ && left_out_->contains(body_.face(slot_a), body_.face(slot_b)));
     }
 
  private:
     const PosedWideTree& body_;
-    LeftOut left_out_;
+    const FacePairSet* left_out_;
 };
 
 }  // namespace
@@ -137,25 +134,20 @@ void WideWalk::find_leaves(PosedWideTree& a, PosedWideTree& b, const Within& nea
     counters_.most_pairs = std::max({clusters_.size(), blocks_.size(), leaves_.size()});
 }
 
-template <class Taken, class FaceTest>
-void WideWalk::find_faces(PosedWideTree& a, PosedWideTree& b, const Taken& taken, const FaceTest& face_test,
-                          std::size_t enough, std::vector<FacePair>& pairs) {
+template <class Taken>
+void WideWalk::find_faces(PosedWideTree& a, PosedWideTree& b, const Taken& taken, std::size_t enough,
+                          std::vector<FacePair>& pairs) {
+    const Within near(distance_);
     for (std::size_t& k = next_leaves_; k < leaves_.size() && pairs.size() < enough; ++k) {
         prefetch_ahead(
             leaves_, k, [&](int i) { a.prefetch_leaf(i); }, [&](int i) { b.prefetch_leaf(i); });
         const NodePair& pair = leaves_[k];
-        const unsigned in_a = a.present_faces(pair.a) & ~taken.proved_apart(pair.b, pair.a),
-                       in_b = b.present_faces(pair.b) & ~taken.proved_apart(pair.a, pair.b);
-        if (in_a == 0 || in_b == 0) {
-            ++counters_.leaf_pairs_proved;
-            continue;
-        }
         a.leaf(pair.a);
         b.leaf(pair.b);  // may move the first one, if both are one body
         const PosedWideTree::Leaf &s = a.leaf(pair.a), &t = b.leaf(pair.b);
         counters_.box_tests +=
-            near_pairs(Side{s.boxes, in_a, s.whole}, Side{t.boxes, in_b, t.whole}, face_test(pair.a, pair.b),
-                       [&](int i, int j) {
+            near_pairs(Side{s.boxes, a.present_faces(pair.a), s.whole},
+                       Side{t.boxes, b.present_faces(pair.b), t.whole}, near, [&](int i, int j) {
                            const FacePair slots{tree_width * pair.a + i, tree_width * pair.b + j};
                            if (taken.children(pair.a, pair.b, i, j) && taken.faces(slots.a, slots.b))
                                pairs.push_back(slots);
@@ -183,9 +175,7 @@ void WideWalk::begin_leaves(PosedWideTree& a, PosedWideTree& b, float distance, 
 void WideWalk::near_faces(PosedWideTree& a, PosedWideTree& b, float distance, std::vector<FacePair>& pairs) {
     begin_leaves(a, b, distance, TwoBodies{});
     constexpr std::size_t all = std::numeric_limits<std::size_t>::max();
-    const Within near(distance);
-    find_faces(
-        a, b, TwoBodies{}, [&](int, int) { return near; }, all, pairs);
+    find_faces(a, b, TwoBodies{}, all, pairs);
 }
 
 std::span<const LeafPair> WideWalk::near_leaves(PosedWideTree& a, PosedWideTree& b, float distance,
@@ -202,7 +192,7 @@ void WideWalk::reserve(int packs, std::size_t pairs) {
 }
 
 void WideWalk::begin_one_body(PosedWideTree& body, float distance) {
-    begin_leaves(body, body, distance, OneBody(body, {}));
+    begin_leaves(body, body, distance, OneBody(body, nullptr));
 }
 
 void WideWalk::begin_one_body(PosedWideTree& body, float distance, const LeafPairSet& known,
@@ -249,14 +239,9 @@ void LeafPairSet::remove_from(std::vector<LeafPair>& pairs) const {
     });
 }
 
-bool WideWalk::next_near_faces(PosedWideTree& body, const LeftOut& left_out, std::size_t enough,
+bool WideWalk::next_near_faces(PosedWideTree& body, const FacePairSet* left_out, std::size_t enough,
                                std::vector<FacePair>& pairs) {
-    const OneBody taken(body, left_out);
-    const Within near(distance_);
-    const auto face_test = [&](int a, int b) {
-        return left_out.reach ? Within((*left_out.reach)(a, b)) : near;
-    };
-    find_faces(body, body, taken, face_test, enough, pairs);
+    find_faces(body, body, OneBody(body, left_out), enough, pairs);
     return next_leaves_ < leaves_.size();
 }
 

@@ -33,19 +33,6 @@ struct BlockLevel {
 /// distance of the walk. Must not throw.
 using BlockReach = std::function<float(int block_a, int block_b)>;
 
-/// Bits of the faces of leaf `other` that are proved apart from every face of `leaf`. Must not throw.
-using ProvedApart = std::function<unsigned(int leaf, int other)>;
-
-/// How near faces of two leaves must come to count as near, likewise.
-using LeafReach = std::function<float(int leaf_a, int leaf_b)>;
-
-/// What a walk over one body with itself leaves out, besides faces that share a vertex. Null: nothing.
-struct LeftOut {
-    const FacePairSet* pairs = nullptr;
-    const ProvedApart* proved = nullptr;
-    const LeafReach* reach = nullptr;  // null: the walk's distance everywhere
-};
-
 /// Pairs of leaves of one wide tree.
 class LeafPairSet {
  public:
@@ -84,9 +71,9 @@ class WideWalk {
     /// Likewise, but of the pairs of leaves in `known`, looks at `open` alone.
     void begin_one_body(PosedWideTree& body, float distance, const LeafPairSet& known,
                         std::span<const LeafPair> open);
-    /// Appends pairs of slots, each pair once, until there are `enough` or no more. Returns whether there may
-    /// be more.
-    bool next_near_faces(PosedWideTree& body, const LeftOut& left_out, std::size_t enough,
+    /// Appends pairs of slots, each pair once, until there are `enough` or no more, without faces that share
+    /// a vertex or are in left_out (null: none). Returns whether there may be more.
+    bool next_near_faces(PosedWideTree& body, const FacePairSet* left_out, std::size_t enough,
                          std::vector<FacePair>& pairs);
 
     /// Of the last walk: all but what posed trees count and what becomes of the pairs.
@@ -103,10 +90,9 @@ class WideWalk {
     template <class Taken, class LeafTest>
     void find_leaves(PosedWideTree& a, PosedWideTree& b, const Within& near, const Taken& taken,
                      const LeafTest& leaf_test);
-    /// face_test(leaf_a, leaf_b): the test for faces of these leaves.
-    template <class Taken, class FaceTest>
-    void find_faces(PosedWideTree& a, PosedWideTree& b, const Taken& taken, const FaceTest& face_test,
-                    std::size_t enough, std::vector<FacePair>& pairs);
+    template <class Taken>
+    void find_faces(PosedWideTree& a, PosedWideTree& b, const Taken& taken, std::size_t enough,
+                    std::vector<FacePair>& pairs);
     /// Begins a walk. Returns whether the bodies may be near each other.
     bool begin(const PosedWideTree& a, const PosedWideTree& b, float distance);
     template <class Taken>

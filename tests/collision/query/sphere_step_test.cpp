@@ -1,6 +1,7 @@
 // NBD-Trees over a step: the spheres of both ends bound what moves straight between them.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <memory>
