@@ -9,6 +9,7 @@
 
 #include "apps/figures/verdict.hpp"
 #include "collision/base/file_text.hpp"
+#include "meshing/formats/base64.hpp"
 #include "meshing/h5/atomic_file.hpp"
 #include "training/calibrate/conformal.hpp"
 
@@ -42,23 +43,10 @@ std::string escaped(std::string_view text) {
     return result;
 }
 
-std::string base64(std::string_view bytes) {
-    constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string text;
-    for (std::size_t i = 0; i < bytes.size(); i += 3) {
-        unsigned word = 0;
-        for (std::size_t j = 0; j < 3; ++j)
-            word = word << 8 | (i + j < bytes.size() ? static_cast<unsigned char>(bytes[i + j]) : 0u);
-        for (std::size_t j = 0; j < 4; ++j)
-            text += i + j > bytes.size() ? '=' : digits[word >> (18 - 6 * j) & 63];
-    }
-    return text;
-}
-
 /// Embeds a PNG file. alt: description for readers who cannot see it.
 std::string embedded(const std::filesystem::path& path, std::string_view alt) {
     return fmt::format("<img alt=\"{}\" src=\"data:image/png;base64,{}\">\n", escaped(alt),
-                       base64(file_text(path)));
+                       to_base64(file_text(path)));
 }
 
 std::string facts(const TreeFile& file, const BodyFigures& figures) {

@@ -11,22 +11,10 @@
 #include <stdexcept>
 #include <vector>
 
+#include "meshing/formats/base64.hpp"
+
 namespace nbd {
 namespace {
-
-/// Bytes as text in base 64 (RFC 4648), padded.
-std::string base64(std::span<const unsigned char> bytes) {
-    constexpr std::string_view letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string text;
-    text.reserve((bytes.size() + 2) / 3 * 4);
-    for (std::size_t i = 0; i < bytes.size(); i += 3) {
-        const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
-        unsigned group = 0;
-        for (std::size_t k = 0; k < 3; ++k) group = group << 8 | (k < count ? bytes[i + k] : 0u);
-        for (std::size_t k = 0; k < 4; ++k) text += k <= count ? letters[group >> (18 - 6 * k) & 63] : '=';
-    }
-    return text;
-}
 
 /// Small for differences of either sign: 0, -1, 1, -2 become 0, 1, 2, 3.
 template <class Word>
@@ -78,10 +66,11 @@ double bits_needed(std::span<const unsigned char> bytes, std::size_t planes) {
     return bits;
 }
 
-std::vector<unsigned char> deflated(const std::vector<unsigned char>& bytes) {
+std::string deflated(const std::vector<unsigned char>& bytes) {
     uLongf size = compressBound(static_cast<uLong>(bytes.size()));
-    std::vector<unsigned char> result(size);
-    if (compress2(result.data(), &size, bytes.data(), static_cast<uLong>(bytes.size()), 6) != Z_OK)
+    std::string result(size, '\0');
+    if (compress2(reinterpret_cast<unsigned char*>(result.data()), &size, bytes.data(),
+                  static_cast<uLong>(bytes.size()), 6) != Z_OK)
         throw std::runtime_error("zlib cannot compress the numbers of a page");
     result.resize(size);
     return result;
@@ -103,7 +92,7 @@ Packed pack_words(std::span<const Word> numbers, std::size_t row, int stride, st
             packed.space = space;
             best = std::move(bytes);
         }
-    packed.text = base64(deflated(best));
+    packed.text = to_base64(deflated(best));
     return packed;
 }
 
@@ -155,7 +144,7 @@ Packed pack(std::span<const float> numbers) {
             1,
             0,
             false,
-            base64(deflated(byte_planes<std::uint32_t>(words)))};
+            to_base64(deflated(byte_planes<std::uint32_t>(words)))};
 }
 
 }  // namespace nbd

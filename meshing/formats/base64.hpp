@@ -10,4 +10,7 @@ namespace nbd {
 /// where several encoded blocks follow each other. Empty if it is none.
 std::optional<std::string> from_base64(std::string_view text);
 
+/// Bytes as text in base 64, padded.
+std::string to_base64(std::string_view bytes);
+
 }  // namespace nbd
