@@ -2,12 +2,19 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstdint>
+#include <filesystem>
 #include <vector>
 
-#include "apps/drawing/image.hpp"
 #include "collision/geometry/geometry.hpp"
 
 namespace nbd {
+
+/// An 8-bit RGB image, rows from the top.
+struct Image {
+    int width = 0, height = 0;
+    std::vector<std::uint8_t> rgb;  // [height * width * 3]
+};
 
 /// Orthographic camera that looks along `forward`.
 struct Camera {
@@ -36,6 +43,12 @@ struct PictureFloor {
 /// display. Nine samples per pixel.
 Image draw(const std::vector<PictureSurface>& surfaces, const std::vector<PictureFloor>& floors,
            const Camera& camera, int width, int height);
+
+/// Arranges images of one size in a grid, row by row.
+Image contact_sheet(const std::vector<Image>& images, int columns);
+
+/// Writes atomically. Throws std::runtime_error with path and reason.
+void write_png(const std::filesystem::path& path, const Image& image);
 
 /// Colours of bodies in pictures, sRGB from 0 to 1; body b has the one at b modulo their number. Those of
 /// apps/view/page/colours.js.

@@ -3,9 +3,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
-#include "apps/drawing/ball_mesh.hpp"
 #include "apps/drawing/picture.hpp"
 
 namespace nbd {
@@ -15,6 +15,24 @@ const Eigen::Vector3f obstacle_colour{0.72f, 0.72f, 0.74f};
 
 PictureSurface as_surface(const TriMesh& mesh, const Eigen::Vector3d& shift, const Eigen::Vector3f& colour) {
     return {(mesh.X.rowwise() + shift.transpose()).cast<float>(), mesh.F, colour};
+}
+
+/// Sphere of rows of quads, split into triangles.
+TriMesh ball_mesh(const BallShape& ball) {
+    constexpr int rows = 32, columns = 2 * rows;
+    TriMesh mesh{Nodes((rows + 1) * columns, 3), Faces(2 * rows * columns, 3)};
+    for (int i = 0; i <= rows; ++i)
+        for (int j = 0; j < columns; ++j) {
+            const double u = std::numbers::pi * i / rows, v = 2 * std::numbers::pi * j / columns;
+            const Eigen::Vector3d direction(std::sin(u) * std::cos(v), std::sin(u) * std::sin(v),
+                                            std::cos(u));
+            mesh.X.row(i * columns + j) = ball.centre + ball.radius * direction;
+            if (i == rows) continue;
+            const int a = i * columns + j, b = a + columns, next = (j + 1) % columns - j;
+            mesh.F.row(2 * a) << a, b, b + next;
+            mesh.F.row(2 * a + 1) << a, b + next, a + next;
+        }
+    return mesh;
 }
 
 /// Rounds a length to 1, 2 or 5 times a power of ten.
@@ -59,7 +77,7 @@ void Film::extend(Eigen::AlignedBox3f& seen, const Obstacle& obstacle, const Cam
     if (obstacle.velocity.isZero(0)) return;
     Nodes X;
     if (const auto* ball = std::get_if<BallShape>(&obstacle.shape))
-        X = ball_mesh(ball->centre, ball->radius).X;
+        X = ball_mesh(*ball).X;
     else if (const auto* mesh = std::get_if<std::shared_ptr<const StaticSurface>>(&obstacle.shape))
         X = (*mesh)->mesh().X;
     Eigen::AlignedBox3f all = seen;
@@ -101,7 +119,7 @@ void Film::write(const std::filesystem::path& path) const {
                 floors.push_back({(plane->point + shift).cast<float>(), plane->normal.cast<float>(),
                                   round_length(camera.extent / 8)});
             else if (const auto* ball = std::get_if<BallShape>(&obstacle.shape))
-                surfaces.push_back(as_surface(ball_mesh(ball->centre, ball->radius), shift, obstacle_colour));
+                surfaces.push_back(as_surface(ball_mesh(*ball), shift, obstacle_colour));
             else
                 surfaces.push_back(
                     as_surface(std::get<std::shared_ptr<const StaticSurface>>(obstacle.shape)->mesh(), shift,
