@@ -1,13 +1,34 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
-#include "apps/bench/pairs/point_boxes.hpp"
 #include "collision/geometry/posed_faces.hpp"
 #include "collision/kernels/box_pack.hpp"
 
 namespace nbd {
+
+/// Boxes of fixed lists of points, computed from a pose on demand.
+class PointBoxes {
+ public:
+    /// point_count: points in every pose.
+    explicit PointBoxes(int point_count) : last_(3 * (point_count - 1)) {}
+
+    /// Appends a list. points: without repeats, best ascending.
+    void add(std::span<const int> points);
+
+    /// Box of a list. x: [point_count, 3], contiguous.
+    Box box(int list, const float* x) const noexcept;
+
+    int size() const noexcept { return ends_.size(); }
+
+ private:
+    int last_;  // first float of the last point, stored apart because four floats cannot be read from it
+    std::vector<int> floats_;     // first float of each point, list after list
+    std::vector<int> ends_;       // end of each list in floats_
+    std::vector<int> with_last_;  // lists that have the last point, ascending
+};
 
 /// The strongest known competitor of learned bounds: exact, untrained, and nearly as cheap as reading every
 /// vertex once. A pose costs one box per cluster of faces, from a single pass over the vertices. Lower levels
