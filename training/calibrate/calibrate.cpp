@@ -166,21 +166,6 @@ Calibration calibrate(const BoundLevels& levels, const BoundScores& shape, const
     return calibration;
 }
 
-Eigen::ArrayXX<bool> misses(const Calibration& calibration, const BoundScores& scores) {
-    const Eigen::Map<const Eigen::RowVectorXf> margins(calibration.margins.data(), scores.excess.cols());
-    return needed_margins(calibration, scores).array() > margins.replicate(scores.excess.rows(), 1).array();
-}
-
-std::vector<double> miss_rates(const BoundLevels& levels, const Calibration& calibration,
-                               const BoundScores& scores, int depth) {
-    const PoseRows missed = misses(calibration, scores).cast<float>();
-    std::vector<double> rates;
-    for (const std::vector<float>& trajectory :
-         by_trajectory(missed, scores.trajectories, level_of(levels, depth)))
-        rates.push_back(rate_above(trajectory, 0.5f));
-    return rates;
-}
-
 void calibrate(TreeFile& file, FrameSource& source, const CalibrateConfig& config) {
     const RecordingReader& recording = source.recording();
     check_recording(file.facts.body_hash, file.W.cols(), recording);

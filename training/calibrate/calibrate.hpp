@@ -43,14 +43,6 @@ struct CalibrateConfig {
 Calibration calibrate(const BoundLevels& levels, const BoundScores& shape, const BoundScores& scores,
                       const CalibrateConfig& config);
 
-/// True where a node misses: one row per pose, one column per node.
-Eigen::ArrayXX<bool> misses(const Calibration& calibration, const BoundScores& scores);
-
-/// Miss rate of each trajectory: its share of (pose, node of that depth) pairs that miss. Trajectories are in
-/// the order of `scores`.
-std::vector<double> miss_rates(const BoundLevels& levels, const Calibration& calibration,
-                               const BoundScores& scores, int depth);
-
 /// Calibrates all bounds of a trained tree that can miss, replacing any earlier calibration. First measures
 /// the spread of the modal coordinates on the shape's poses, for `nbd` bounds. On the recording that the tree
 /// was trained on, the shape comes from the training poses and the scores from the trajectories kept for

@@ -12,11 +12,6 @@
 
 namespace nbd {
 
-double rate_above(std::span<const float> scores, float level) noexcept {
-    const auto above = std::ranges::count_if(scores, [level](float score) { return score > level; });
-    return static_cast<double>(above) / scores.size();
-}
-
 float level_at_rate(std::vector<float> scores, double rate) {
     // The rate allows this many scores above the level; the next score is the level. 1e-9 makes 0.1 * 30
     // count as 3.

@@ -11,9 +11,6 @@ namespace nbd {
 /// and K of them support no more confidence than K units can [Vovk05, DunnWassermanRamdas22].
 using TrajectoryScores = std::vector<std::vector<float>>;
 
-/// Share of the scores above a level.
-double rate_above(std::span<const float> scores, float level) noexcept;
-
 /// The smallest level at which one trajectory's miss rate is at most `rate`, in [0, 1).
 float level_at_rate(std::vector<float> scores, double rate);
 

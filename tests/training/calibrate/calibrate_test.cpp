@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <random>
 #include <span>
@@ -19,6 +20,12 @@ namespace nbd {
 namespace {
 
 using test::error_of;
+
+/// Share of the scores above a level.
+double rate_above(std::span<const float> scores, float level) {
+    const auto above = std::ranges::count_if(scores, [level](float score) { return score > level; });
+    return static_cast<double>(above) / static_cast<double>(scores.size());
+}
 
 TEST(LevelAtRate, LeavesAtMostTheGivenRateAbove) {
     std::vector<float> scores;
@@ -181,6 +188,33 @@ TEST(Calibration, KeepsTheStatedMissRateAsOftenAsTheoryPredicts) {
     }
 }
 
+/// Where a node misses: it is in range, and needs more than its margin at this score. [poses, nodes].
+Eigen::ArrayXX<bool> misses(const Calibration& calibration, const BoundScores& scores) {
+    Eigen::ArrayXX<bool> missed(scores.excess.rows(), scores.excess.cols());
+    const bool gated = !calibration.limits.empty();
+    for (Eigen::Index p = 0; p < missed.rows(); ++p)
+        for (Eigen::Index i = 0; i < missed.cols(); ++i) {
+            const float score = gated ? scores.ood_score(p, i) : 0, limit = gated ? calibration.limits[i] : 0;
+            missed(p, i) = (!gated || (limit > 0 && score <= limit)) &&
+                           scores.excess(p, i) / margin_weight(score, limit) > calibration.margins[i];
+        }
+    return missed;
+}
+
+/// By trajectory, the share of its poses and nodes of a depth that miss.
+std::map<int, double> miss_rates(const BoundLevels& levels, const Calibration& calibration,
+                                 const BoundScores& scores, int depth) {
+    const int begin = levels.begins[depth], count = levels.begins[depth + 1] - begin;
+    const Eigen::ArrayXd shares =
+        misses(calibration, scores).middleCols(begin, count).cast<double>().rowwise().mean();
+    std::map<int, double> rates;
+    for (std::size_t p = 0; p < scores.trajectories.size(); ++p) {
+        const int id = scores.trajectories[p];
+        rates[id] += shares[p] / static_cast<double>(std::ranges::count(scores.trajectories, id));
+    }
+    return rates;
+}
+
 /// The scores of the given trajectories only.
 BoundScores only(const BoundScores& scores, std::span<const int> trajectories) {
     std::vector<Eigen::Index> rows;
@@ -210,7 +244,7 @@ TEST(Calibration, KeepsTheStatedMissRateAtEveryDepthOverRandomSplits) {
                                                       {.miss_rate = 0.02, .confidence = 0.8});
             const BoundScores test = only(pool, split.held_out);
             for (int depth = 0; depth < 5; ++depth)
-                for (const double rate : miss_rates(bound.tree(), calibration, test, depth)) {
+                for (const auto& [id, rate] : miss_rates(bound.tree(), calibration, test, depth)) {
                     keeping[depth] += (rate <= 0.02 + 1e-12) / double{splits * half};
                     missing[depth] += rate / (splits * half);
                 }
