@@ -9,7 +9,6 @@
 #include <set>
 #include <span>
 #include <stdexcept>
-#include <string>
 #include <vector>
 
 #include "collision/flat/flat_file.hpp"

@@ -5,18 +5,14 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <stdexcept>
-#include <string>
 #include <string_view>
 #include <vector>
 
 #include "collision/geometry/far_origin.hpp"
-#include "meshing/body/body.hpp"
 #include "meshing/body/make_body.hpp"
-#include "meshing/cage/cage_body.hpp"
 #include "meshing/cage/clean_soup.hpp"
 #include "meshing/formats/read_surface.hpp"
 #include "meshing/formats/read_tets.hpp"

@@ -6,14 +6,11 @@
 #include <algorithm>
 #include <atomic>
 #include <exception>
-#include <map>
-#include <mutex>
 #include <nlohmann/json.hpp>
 #include <thread>
 #include <utility>
 
 #include "apps/dataset/hold_out.hpp"
-#include "apps/dataset/shard_folder.hpp"
 #include "apps/dataset/variety.hpp"
 #include "collision/base/temporary_files.hpp"
 #include "collision/query/self_query.hpp"

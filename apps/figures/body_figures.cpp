@@ -6,7 +6,6 @@
 #include <iomanip>
 #include <set>
 #include <sstream>
-#include <vector>
 
 #include "apps/drawing/chart.hpp"
 #include "meshing/h5/atomic_file.hpp"

@@ -1,12 +1,9 @@
 #include "apps/simulate/film.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
-
-#include "apps/drawing/picture.hpp"
 
 namespace nbd {
 namespace {

@@ -4,14 +4,12 @@
 
 #include <algorithm>
 #include <limits>
-#include <optional>
 #include <stdexcept>
 #include <utility>
 
 #include "collision/geometry/far_origin.hpp"
 #include "meshing/formats/read_surface.hpp"
 #include "meshing/formats/words.hpp"
-#include "training/files/recording.hpp"
 #include "training/files/tree_file.hpp"
 
 namespace nbd {

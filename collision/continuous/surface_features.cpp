@@ -1,7 +1,6 @@
 #include "collision/continuous/surface_features.hpp"
 
 #include <algorithm>
-#include <array>
 #include <stdexcept>
 
 #include "collision/base/message.hpp"

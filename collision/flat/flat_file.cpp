@@ -1,7 +1,6 @@
 #include "collision/flat/flat_file.hpp"
 
 #include <algorithm>
-#include <cstddef>
 #include <limits>
 #include <stdexcept>
 

@@ -9,7 +9,6 @@
 #include <numeric>
 #include <stdexcept>
 #include <utility>
-#include <vector>
 
 #include "collision/base/message.hpp"
 #include "collision/geometry/divide_faces.hpp"

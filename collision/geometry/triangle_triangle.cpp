@@ -1,7 +1,6 @@
 #include "collision/geometry/triangle_triangle.hpp"
 
 #include <algorithm>
-#include <array>
 #include <optional>
 #include <utility>
 

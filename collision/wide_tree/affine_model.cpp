@@ -1,6 +1,5 @@
 #include "collision/wide_tree/affine_model.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>

@@ -1,14 +1,11 @@
 #include "collision/wide_tree/learned_affine.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
-#include <span>
 #include <utility>
 
 #include "collision/base/message.hpp"
 #include "collision/base/prefetch.hpp"
-#include "collision/kernels/box_pack.hpp"
 
 namespace nbd {
 namespace {

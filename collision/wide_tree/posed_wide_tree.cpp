@@ -1,6 +1,5 @@
 #include "collision/wide_tree/posed_wide_tree.hpp"
 
-#include <algorithm>
 #include <cassert>
 #include <cstring>
 #include <limits>

@@ -1,7 +1,6 @@
 #include "collision/wide_tree/wide_walk.hpp"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <limits>
 

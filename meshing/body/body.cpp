@@ -7,7 +7,6 @@
 #include <cmath>
 #include <optional>
 #include <stdexcept>
-#include <vector>
 
 #include "meshing/h5/sha256.hpp"
 #include "meshing/h5/sparse.hpp"

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "meshing/surface/box_tree.hpp"
-#include "meshing/surface/mesh.hpp"
 #include "meshing/surface/weld.hpp"
 
 namespace nbd {

@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "collision/geometry/far_origin.hpp"
-#include "meshing/body/body.hpp"
 #include "meshing/body/embed.hpp"
 
 namespace nbd {

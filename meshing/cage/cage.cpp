@@ -11,9 +11,7 @@
 #include <vector>
 
 #include "collision/base/stop.hpp"
-#include "meshing/cage/soup_wrap.hpp"
 #include "meshing/surface/edges.hpp"
-#include "meshing/surface/mesh.hpp"
 #include "meshing/surface/subdivide.hpp"
 
 namespace nbd {

@@ -8,11 +8,9 @@
 #include <cstddef>
 #include <exception>
 #include <stdexcept>
-#include <string>
 #include <utility>
 
 #include "collision/geometry/far_origin.hpp"
-#include "meshing/body/body.hpp"
 #include "meshing/body/embed.hpp"
 #include "meshing/tets/order_by_place.hpp"
 #include "meshing/tets/tet_quality.hpp"

@@ -10,7 +10,6 @@
 
 #include "meshing/surface/counted.hpp"
 #include "meshing/surface/edges.hpp"
-#include "meshing/surface/mesh.hpp"
 
 namespace nbd {
 namespace {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <climits>
-#include <utility>
 
 #include "meshing/h5/reader_impl.hpp"
 #include "meshing/h5/version.hpp"

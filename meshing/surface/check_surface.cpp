@@ -5,10 +5,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <stdexcept>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "collision/geometry/far_origin.hpp"
 #include "collision/geometry/triangle_triangle.hpp"

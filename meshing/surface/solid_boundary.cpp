@@ -7,7 +7,6 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
-#include <optional>
 #include <span>
 #include <stdexcept>
 #include <utility>
@@ -16,7 +15,6 @@
 #include "meshing/surface/check_surface.hpp"
 #include "meshing/surface/counted.hpp"
 #include "meshing/surface/edges.hpp"
-#include "meshing/surface/mesh.hpp"
 
 namespace nbd {
 namespace {

@@ -11,7 +11,6 @@
 
 #include "collision/base/stop.hpp"
 #include "meshing/tets/tet_complex.hpp"
-#include "meshing/tets/tet_quality.hpp"
 
 namespace nbd {
 namespace {

@@ -9,12 +9,10 @@
 #include <limits>
 #include <numeric>
 #include <optional>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include "collision/base/stop.hpp"
-#include "meshing/surface/mesh.hpp"
 #include "meshing/tets/gmsh_volume.hpp"
 
 namespace nbd {

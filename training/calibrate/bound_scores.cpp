@@ -9,11 +9,9 @@
 #include <stdexcept>
 #include <type_traits>
 #include <utility>
-#include <vector>
 
 #include "collision/kernels/box_pack.hpp"
 #include "collision/nbd_tree/bd_bound.hpp"
-#include "collision/nbd_tree/nbd_bound.hpp"
 
 namespace nbd {
 

@@ -7,8 +7,6 @@
 #include <limits>
 #include <stdexcept>
 
-#include "collision/bounds/calibration.hpp"
-#include "training/calibrate/bound_scores.hpp"
 #include "training/calibrate/conformal.hpp"
 #include "training/files/recording.hpp"
 #include "training/files/split.hpp"

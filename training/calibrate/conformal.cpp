@@ -6,7 +6,6 @@
 #include <cmath>
 #include <functional>
 #include <stdexcept>
-#include <vector>
 
 #include "collision/base/counter_random.hpp"
 

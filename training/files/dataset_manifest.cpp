@@ -8,7 +8,6 @@
 #include <optional>
 #include <sstream>
 #include <stdexcept>
-#include <string_view>
 
 #include "meshing/h5/reader.hpp"
 #include "meshing/h5/writer.hpp"

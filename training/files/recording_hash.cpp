@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <bit>
 #include <optional>
-#include <span>
 
 #include "collision/base/notice.hpp"
 #include "collision/base/stop.hpp"

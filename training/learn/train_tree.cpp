@@ -10,7 +10,6 @@
 #include "collision/base/counter_random.hpp"
 #include "collision/base/stopwatch.hpp"
 #include "collision/nbd_tree/bd_bound.hpp"
-#include "training/files/frame_source.hpp"
 #include "training/files/surface_body.hpp"
 #include "training/networks/checkpoint.hpp"
 #include "training/networks/network_fit.hpp"

@@ -10,7 +10,6 @@
 #include "collision/base/stopwatch.hpp"
 #include "meshing/parallel/parallel_for.hpp"
 #include "training/networks/adam.hpp"
-#include "training/networks/pose_blocks.hpp"
 
 namespace nbd {
 

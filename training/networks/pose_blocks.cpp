@@ -1,6 +1,5 @@
 #include "training/networks/pose_blocks.hpp"
 
-#include <algorithm>
 #include <bit>
 #include <numeric>
 

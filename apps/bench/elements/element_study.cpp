@@ -7,9 +7,7 @@
 #include <limits>
 #include <numeric>
 #include <stdexcept>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "apps/bench/elements/clamped_body.hpp"
 #include "apps/bench/measure/measure.hpp"

@@ -8,7 +8,6 @@
 #include <fstream>
 #include <stdexcept>
 #include <string_view>
-#include <vector>
 
 #include "apps/bench/measure/measure.hpp"
 #include "collision/base/counter_random.hpp"

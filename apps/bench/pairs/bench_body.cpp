@@ -1,7 +1,6 @@
 #include "apps/bench/pairs/bench_body.hpp"
 
 #include <utility>
-#include <vector>
 
 #include "apps/cli/load_body.hpp"
 

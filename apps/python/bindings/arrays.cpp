@@ -5,9 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <stdexcept>
-#include <string>
 #include <type_traits>
-#include <utility>
 
 namespace nbd::python {
 namespace {
