@@ -7,38 +7,11 @@
 
 #include "apps/cli/load_body.hpp"
 #include "collision/base/notice.hpp"
-#include "collision/base/stop.hpp"
 #include "meshing/progress/progress.hpp"
 #include "training/files/recording.hpp"
 #include "training/files/recording_hash.hpp"
 
 namespace nbd {
-namespace {
-
-void copy_frames(const RecordingReader& from, int trajectory, RecordingWriter& to,
-                 const TrajectoryInfo& info) {
-    constexpr int frames_at_once = 32;
-    const std::vector<double> times = from.times(trajectory);
-    FrameContents contents = from.contents(trajectory);
-    contents.contact_edges.reset();  // of the other surface
-    const int nodes = from.nodes(trajectory), handle = to.begin_trajectory(info, nodes, contents);
-    Vertices x;
-    for (int begin = 0; begin < info.frames; begin += frames_at_once) {
-        stop_if_asked();
-        const int count = std::min(frames_at_once, info.frames - begin);
-        from.read(trajectory, begin, count, x);
-        std::vector<FrameExtras> extras = from.read_extras(trajectory, begin, count);
-        for (int i = 0; i < count; ++i) {
-            extras[i].contact_edges.clear();
-            to.add_frame(handle, times[begin + i], x.middleRows(nodes * i, nodes), extras[i]);
-        }
-    }
-    FrameFacts facts = from.facts(trajectory);
-    facts.self_intersections.clear();  // of the other surface
-    to.end_trajectory(handle, info.failure, facts);
-}
-
-}  // namespace
 
 RemappedFrames remap_recording(const std::filesystem::path& path, const Body& from, const Body& to,
                                const std::filesystem::path& output, int trajectories) {
@@ -62,7 +35,7 @@ RemappedFrames remap_recording(const std::filesystem::path& path, const Body& fr
             throw std::runtime_error(
                 fmt::format("{}: trajectory {} was not recorded from {}", path.string(), info.id, from.name));
         info.body_hash = to_hash;
-        copy_frames(recording, i, writer, info);
+        copy_trajectory(recording, i, writer, info, false);
         result.frames += info.frames;
         tell_progress("trajectories", i + 1, result.trajectories);
     }

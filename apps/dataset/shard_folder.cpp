@@ -46,30 +46,14 @@ int ShardFolder::count() const {
 
 namespace {
 
-constexpr int frames_at_once = 16;
-
 /// Reads what frames have besides positions, which verifies its checksums.
 void read_all_extras(const RecordingReader& recording) {
+    constexpr int frames_at_once = 16;
     for (int i = 0; const TrajectoryInfo& info : recording.trajectories()) {
         for (int begin = 0; begin < info.frames; begin += frames_at_once)
             recording.read_extras(i, begin, std::min(frames_at_once, info.frames - begin));
         ++i;
     }
-}
-
-void copy_trajectory(const RecordingReader& from, RecordingWriter& to) {
-    const TrajectoryInfo& info = from.trajectories().at(0);
-    const int nodes = from.nodes(0), handle = to.begin_trajectory(info, nodes, from.contents(0));
-    const std::vector<double> times = from.times(0);
-    Vertices x;
-    for (int begin = 0; begin < info.frames; begin += frames_at_once) {
-        const int count = std::min(frames_at_once, info.frames - begin);
-        from.read(0, begin, count, x);
-        const std::vector<FrameExtras> extras = from.read_extras(0, begin, count);
-        for (int i = 0; i < count; ++i)
-            to.add_frame(handle, times[begin + i], x.middleRows(Eigen::Index{i} * nodes, nodes), extras[i]);
-    }
-    to.end_trajectory(handle, info.failure, from.facts(0));
 }
 
 }  // namespace
@@ -111,7 +95,8 @@ bool pack_shard(const ShardFolder& folder, const std::string& key, const Eigen::
                 std::filesystem::remove(folder.part(i));
                 return false;
             }
-            copy_trajectory(RecordingReader(folder.part(i)), whole);
+            const RecordingReader part(folder.part(i));
+            copy_trajectory(part, 0, whole, part.trajectories().at(0), true);
         }
         if (!there()) whole.finish();
     }

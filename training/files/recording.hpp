@@ -206,6 +206,11 @@ class RecordingReader {
     std::unique_ptr<Impl> impl_;
 };
 
+/// Copies a trajectory. info: of the copy. same_surface: whether the copy is of the same surface; else what
+/// names faces is left out.
+void copy_trajectory(const RecordingReader& from, int trajectory, RecordingWriter& to,
+                     const TrajectoryInfo& info, bool same_surface);
+
 /// Throws std::runtime_error unless every trajectory was recorded from the body of that body_hash() and so
 /// many nodes.
 void check_recording(std::string_view body_hash, Eigen::Index nodes, const RecordingReader& recording);

@@ -4,6 +4,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "collision/base/stop.hpp"
 #include "meshing/h5/writer.hpp"
 #include "training/files/recording.hpp"
 #include "training/files/recording_format.hpp"
@@ -224,6 +225,31 @@ void RecordingWriter::finish() {
     while (!impl_->open.empty()) end_trajectory(impl_->open.begin()->first);
     impl_->file.attribute("/", "body_sha256", impl_->bodies.size() == 1 ? *impl_->bodies.begin() : "several");
     impl_->file.commit();
+}
+
+void copy_trajectory(const RecordingReader& from, int trajectory, RecordingWriter& to,
+                     const TrajectoryInfo& info, bool same_surface) {
+    constexpr int frames_at_once = 16;
+    FrameContents contents = from.contents(trajectory);
+    FrameFacts facts = from.facts(trajectory);
+    if (!same_surface) {
+        contents.contact_edges.reset();
+        facts.self_intersections.clear();
+    }
+    const std::vector<double> times = from.times(trajectory);
+    const int nodes = from.nodes(trajectory), handle = to.begin_trajectory(info, nodes, contents);
+    Vertices x;
+    for (int begin = 0; begin < info.frames; begin += frames_at_once) {
+        stop_if_asked();
+        const int count = std::min(frames_at_once, info.frames - begin);
+        from.read(trajectory, begin, count, x);
+        std::vector<FrameExtras> extras = from.read_extras(trajectory, begin, count);
+        for (int i = 0; i < count; ++i) {
+            if (!same_surface) extras[i].contact_edges.clear();
+            to.add_frame(handle, times[begin + i], x.middleRows(Eigen::Index{i} * nodes, nodes), extras[i]);
+        }
+    }
+    to.end_trajectory(handle, info.failure, facts);
 }
 
 }  // namespace nbd
