@@ -165,32 +165,6 @@ TEST(AffineQuery, FindsFacesWithinADistanceOfBodiesWhoseBoxesAreApart) {
     EXPECT_TRUE(PairQuery().within(a, b, 0.9f * gap).empty());
 }
 
-TEST(AffineQuery, MeetsBodiesWithOtherBounds) {
-    std::mt19937 random(2);
-    const HungSurface s = test::hung_on_tets(shapes::torus(24, 12), 3),
-                      t = test::hung_on_tets(shapes::bar(20, 14), 4);
-    PairQuery query;
-    ClosestQuery closest;
-    PosedTree a(test::hung_tree(s), BoundKind::affine);
-    std::size_t found = 0;
-    for (const BoundKind kind : {BoundKind::exact, BoundKind::boxes}) {
-        PosedTree b(test::hung_tree(t), kind);
-        for (int pose = 0; pose < test::wild_poses; ++pose) {
-            const Scene scene(s, t, pose, random);
-            a.begin_pose_of_nodes(scene.nodes_a);
-            b.begin_pose(scene.b);
-            const auto expected = test::brute_force_intersecting(scene.a, s.surface.F, scene.b, t.surface.F);
-            EXPECT_EQ(test::listed(query.intersecting(a, b)), expected);
-            EXPECT_EQ(test::listed(query.intersecting(b, a)).size(), expected.size());
-            EXPECT_NEAR(closest.closest(a, b)->points.distance,
-                        test::brute_force_closest(scene.a, s.surface.F, scene.b, t.surface.F).distance,
-                        1e-12 * (1 + scene.a.norm()));
-            found += expected.size();
-        }
-    }
-    EXPECT_GT(found, 100u);
-}
-
 TEST(AffineQuery, AsksManyBodies) {
     std::mt19937 random(3);
     const HungSurface s = test::hung_on_tets(shapes::torus(16, 10), 3);

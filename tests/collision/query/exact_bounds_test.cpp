@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "collision/kernels/kernels.hpp"
+#include "collision/query/closest_query.hpp"
 #include "collision/query/pair_query.hpp"
 #include "tests/collision/wide_tree/hung_surface.hpp"
 #include "tests/support/brute_force.hpp"
@@ -19,6 +20,7 @@ constexpr std::pair<BoundKind, BoundKind> mixes[] = {
     {BoundKind::affine, BoundKind::affine}, {BoundKind::boxes, BoundKind::boxes},
     {BoundKind::exact, BoundKind::exact},   {BoundKind::automatic, BoundKind::automatic},
     {BoundKind::affine, BoundKind::boxes},  {BoundKind::exact, BoundKind::affine},
+    {BoundKind::affine, BoundKind::exact},
 };
 
 void begin(PosedTree& tree, const Vertices& x, const Vertices& nodes) {
@@ -31,6 +33,7 @@ void begin(PosedTree& tree, const Vertices& x, const Vertices& nodes) {
 TEST(ExactBounds, GiveTheAnswersOfBruteForceInWildPosesWithEveryKernel) {
     std::mt19937 random(1);
     PairQuery query;
+    ClosestQuery closest;
     const Kernels& before = kernels();
     std::size_t intersecting = 0, near = 0;
     for (const test::HungSurface& hung :
@@ -49,6 +52,7 @@ TEST(ExactBounds, GiveTheAnswersOfBruteForceInWildPosesWithEveryKernel) {
             const float distance = 0.01f * size;
             const auto meet = test::brute_force_intersecting(a, F, b, F),
                        within = test::brute_force_within(a, F, b, F, distance);
+            const double gap = test::brute_force_closest(a, F, b, F).distance;
             intersecting += meet.size();
             near += within.size();
             for (const auto set : {InstructionSet::plain, InstructionSet::avx2, InstructionSet::avx512}) {
@@ -63,6 +67,8 @@ TEST(ExactBounds, GiveTheAnswersOfBruteForceInWildPosesWithEveryKernel) {
                     begin(tree_b, b, nodes_b);
                     EXPECT_TRUE(std::ranges::equal(query.intersecting(tree_a, tree_b), meet));
                     EXPECT_TRUE(std::ranges::equal(query.within(tree_a, tree_b, distance), within));
+                    EXPECT_NEAR(closest.closest(tree_a, tree_b)->points.distance, gap,
+                                1e-12 * (1 + a.norm()));
                 }
             }
             use_kernels(before);
