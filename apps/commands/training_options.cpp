@@ -6,7 +6,7 @@
 
 #include "apps/cli/option_checks.hpp"
 #include "meshing/surface/counted.hpp"
-#include "training/calibrate/conformal.hpp"
+#include "training/calibrate/statistics.hpp"
 #include "training/files/frame_source.hpp"
 #include "training/files/split.hpp"
 

@@ -11,7 +11,7 @@
 #include "collision/base/file_text.hpp"
 #include "meshing/formats/base64.hpp"
 #include "meshing/h5/atomic_file.hpp"
-#include "training/calibrate/conformal.hpp"
+#include "training/calibrate/statistics.hpp"
 
 namespace nbd {
 namespace {

@@ -24,7 +24,7 @@ class ChamberGrid {
 
     /// The chambers of `coarse` are its inside farther than `depth` from the soup. Returns the share of them
     /// that `fine` leaves out; 0 if they are less than a twentieth of the inside.
-    double share_lost(const TriMesh& coarse, const TriMesh& fine, const SoupWrap& soup, double depth) const;
+    double share_lost(const TriMesh& coarse, const TriMesh& fine, const AlphaWrap& soup, double depth) const;
 
  private:
     static constexpr int side = 40;  // points along each axis
@@ -82,7 +82,7 @@ std::vector<char> ChamberGrid::inside(const TriMesh& surface) const {
     return result;
 }
 
-double ChamberGrid::share_lost(const TriMesh& coarse, const TriMesh& fine, const SoupWrap& soup,
+double ChamberGrid::share_lost(const TriMesh& coarse, const TriMesh& fine, const AlphaWrap& soup,
                                double depth) const {
     const std::vector<char> before = inside(coarse), after = inside(fine);
     double all = 0, chambers = 0, lost = 0;
@@ -146,7 +146,7 @@ struct Wrap {
 
 class CageSearch {
  public:
-    CageSearch(const SoupWrap& soup, const CageConfig& config)
+    CageSearch(const AlphaWrap& soup, const CageConfig& config)
         : soup_(soup), config_(config), coarsest_(soup.box().diagonal().norm() / 2) {}
 
     Cage find() {
@@ -248,7 +248,7 @@ class CageSearch {
         return distance;
     }
 
-    const SoupWrap& soup_;
+    const AlphaWrap& soup_;
     const CageConfig config_;
     const double coarsest_;  // greatest alpha
     double too_fine_ = 0;    // greatest alpha that lost the inside or fell into parts
@@ -257,7 +257,7 @@ class CageSearch {
 
 }  // namespace
 
-Cage find_cage(const SoupWrap& soup, const CageConfig& config) {
+Cage find_cage(const AlphaWrap& soup, const CageConfig& config) {
     if (config.nodes < min_cage_nodes || config.nodes > max_cage_nodes)
         throw std::invalid_argument(fmt::format("a cage of {} nodes; allowed: {} to {}", config.nodes,
                                                 min_cage_nodes, max_cage_nodes));

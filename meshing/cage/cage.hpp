@@ -1,6 +1,6 @@
 #pragma once
 
-#include "meshing/cage/soup_wrap.hpp"
+#include "meshing/cage/alpha_wrap.hpp"
 #include "meshing/surface/mesh.hpp"
 
 namespace nbd {
@@ -30,6 +30,6 @@ struct Cage : CageFit {
 /// Finds the wrap whose faces suit `nodes` tetrahedral nodes. One component, closed, manifold, without
 /// self-intersections, oriented outward; strictly holds the soup. The same input gives the same bits.
 /// Throws std::invalid_argument for a config out of range and if no cage is coarse enough.
-Cage find_cage(const SoupWrap& soup, const CageConfig& config);
+Cage find_cage(const AlphaWrap& soup, const CageConfig& config);
 
 }  // namespace nbd

@@ -231,7 +231,7 @@ TEST(CageBody, RejectsSoupsWithoutShape) {
 
 TEST(FindCage, IsAClosedSurfaceThatHoldsTheSoup) {
     const TriMesh soup = open_box();
-    const Cage cage = find_cage(SoupWrap(soup), {.nodes = 800});
+    const Cage cage = find_cage(AlphaWrap(soup), {.nodes = 800});
     EXPECT_NO_THROW(check_surface(cage.surface));
     EXPECT_TRUE(self_intersections(cage.surface).empty());
     EXPECT_EQ(make_solid_boundary(cage.surface).report.turned_faces, 0);

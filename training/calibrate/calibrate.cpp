@@ -7,7 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "training/calibrate/conformal.hpp"
+#include "training/calibrate/statistics.hpp"
 #include "training/files/recording.hpp"
 #include "training/files/split.hpp"
 

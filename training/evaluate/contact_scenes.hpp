@@ -8,7 +8,7 @@
 
 #include "collision/base/counter_random.hpp"
 #include "collision/query/pair_query.hpp"
-#include "training/calibrate/conformal.hpp"
+#include "training/calibrate/statistics.hpp"
 #include "training/files/frame_source.hpp"
 #include "training/files/surface_body.hpp"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "collision/tree/collision_tree.hpp"
-#include "training/calibrate/conformal.hpp"
+#include "training/calibrate/statistics.hpp"
 #include "training/files/frame_source.hpp"
 #include "training/files/surface_body.hpp"
 

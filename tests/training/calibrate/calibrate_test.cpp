@@ -13,7 +13,7 @@
 #include "collision/bounds/calibration.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/shapes.hpp"
-#include "training/calibrate/conformal.hpp"
+#include "training/calibrate/statistics.hpp"
 #include "training/files/split.hpp"
 
 namespace nbd {

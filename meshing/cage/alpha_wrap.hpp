@@ -9,13 +9,13 @@ namespace nbd {
 
 /// Closed surfaces around a triangle soup by alpha wrapping [Portaneri22]. CGAL searches a triangle longer
 /// than 3 alpha in pieces, which takes memory that grows with (length / alpha)^2.
-class SoupWrap {
+class AlphaWrap {
  public:
     /// soup: finite, indices in range, at least two distinct vertices. May be open, non-manifold and
     /// self-intersecting. Faces without area count as their sides.
-    explicit SoupWrap(const TriMesh& soup);
-    ~SoupWrap();
-    SoupWrap(SoupWrap&&) noexcept;
+    explicit AlphaWrap(const TriMesh& soup);
+    ~AlphaWrap();
+    AlphaWrap(AlphaWrap&&) noexcept;
 
     /// A closed manifold surface without self-intersections, oriented outward, that strictly holds the soup.
     /// alpha: a ball of this radius does not fit through the openings that the surface closes, metres, > 0;

@@ -1,4 +1,4 @@
-#include "training/calibrate/conformal.hpp"
+#include "training/calibrate/statistics.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "meshing/cage/soup_wrap.hpp"
+#include "meshing/cage/alpha_wrap.hpp"
 
 #include <CGAL/AABB_tree.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
@@ -59,7 +59,7 @@ Triangles solid_triangles(const TriMesh& soup) {
 
 }  // namespace
 
-struct SoupWrap::Soup {
+struct AlphaWrap::Soup {
     explicit Soup(Triangles solid) : triangles(std::move(solid)), tree(triangles.begin(), triangles.end()) {
         tree.build();
         for (const Triangle3& triangle : triangles) {
@@ -75,14 +75,14 @@ struct SoupWrap::Soup {
     std::vector<std::array<std::size_t, 3>> faces;
 };
 
-SoupWrap::SoupWrap(const TriMesh& soup) : soup_(std::make_unique<const Soup>(solid_triangles(soup))) {
+AlphaWrap::AlphaWrap(const TriMesh& soup) : soup_(std::make_unique<const Soup>(solid_triangles(soup))) {
     for (int v = 0; v < soup.X.rows(); ++v) box_.extend(soup.X.row(v).transpose());
 }
 
-SoupWrap::~SoupWrap() = default;
-SoupWrap::SoupWrap(SoupWrap&&) noexcept = default;
+AlphaWrap::~AlphaWrap() = default;
+AlphaWrap::AlphaWrap(AlphaWrap&&) noexcept = default;
 
-TriMesh SoupWrap::wrap(double alpha, double offset) const {
+TriMesh AlphaWrap::wrap(double alpha, double offset) const {
     CGAL::Surface_mesh<Point> wrapped;
     CGAL::alpha_wrap_3(soup_->corners, soup_->faces, alpha, offset, wrapped);
     TriMesh mesh{Nodes(wrapped.number_of_vertices(), 3), Faces(wrapped.number_of_faces(), 3)};
@@ -103,7 +103,7 @@ TriMesh SoupWrap::wrap(double alpha, double offset) const {
     return mesh;
 }
 
-double SoupWrap::distance(const Eigen::Vector3d& point) const {
+double AlphaWrap::distance(const Eigen::Vector3d& point) const {
     return std::sqrt(soup_->tree.squared_distance(Point(point.x(), point.y(), point.z())));
 }
 
