@@ -1,7 +1,6 @@
 #include "apps/cli/option_checks.hpp"
 
 #include <limits>
-#include <utility>
 
 #include "meshing/formats/words.hpp"
 #include "sim/json/nearest_name.hpp"

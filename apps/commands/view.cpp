@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <optional>
-#include <stdexcept>
 
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"

@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <memory>
 #include <stdexcept>
-#include <vector>
 
 #include "training/files/recording.hpp"
 #include "training/files/recording_format.hpp"

@@ -2,7 +2,6 @@
 
 #include <fmt/core.h>
 
-#include <algorithm>
 #include <iomanip>
 #include <set>
 #include <sstream>

@@ -1,7 +1,5 @@
 #include "apps/view/posed_view.hpp"
 
-#include <algorithm>
-
 namespace nbd {
 namespace {
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <utility>
 
 #include "collision/base/prefetch.hpp"
 #include "collision/kernels/box_pack.hpp"

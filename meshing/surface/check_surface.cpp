@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <string>
 #include <utility>
 
 #include "collision/geometry/far_origin.hpp"

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "tests/support/box_body.hpp"
 #include "tests/support/error_of.hpp"

@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
-#include <random>
 
 #include "meshing/body/body.hpp"
 #include "meshing/formats/read_surface.hpp"

@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 #include <png.h>
 
-#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <stdexcept>

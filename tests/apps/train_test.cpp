@@ -2,7 +2,6 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <vector>
 
 #include "tests/apps/small_files.hpp"
 

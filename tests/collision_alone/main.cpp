@@ -1,7 +1,6 @@
 // Finds the crossing faces of two overlapping cubes, using only the public headers of nbd::collision.
 
 #include <cstdio>
-#include <memory>
 
 #include "collision/query/pair_query.hpp"
 #include "collision/tree/collision_tree.hpp"

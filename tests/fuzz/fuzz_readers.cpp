@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <cstdlib>
 #include <fstream>
-#include <string>
 #include <string_view>
 
 #include "tests/fuzz/readers.hpp"

@@ -5,7 +5,6 @@
 
 #include <cstdlib>
 #include <iostream>
-#include <numeric>
 #include <thread>
 
 #include "meshing/h5/inspect.hpp"

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "meshing/formats/read_tets.hpp"
 #include "tests/support/error_of.hpp"

@@ -7,7 +7,6 @@
 #include <cstdlib>
 #include <fstream>
 #include <stdexcept>
-#include <string_view>
 
 #include "apps/bench/measure/measure.hpp"
 #include "collision/base/counter_random.hpp"

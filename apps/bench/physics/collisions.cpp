@@ -1,7 +1,6 @@
 // Two free bodies that hit each other.
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 
 #include "apps/bench/physics/physics_check.hpp"

@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <memory>
 #include <vector>
 
 #include "collision/query/closest_query.hpp"

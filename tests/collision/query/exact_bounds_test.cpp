@@ -5,7 +5,6 @@
 #include <memory>
 #include <random>
 #include <utility>
-#include <vector>
 
 #include "collision/kernels/kernels.hpp"
 #include "collision/query/closest_query.hpp"

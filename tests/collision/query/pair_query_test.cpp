@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
-#include <memory>
 #include <string>
 
 #include "collision/nbd_tree/leaf_boxes.hpp"

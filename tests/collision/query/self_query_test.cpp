@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <limits>
-#include <memory>
 #include <sstream>
 #include <string>
 #include <vector>

@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <limits>
-#include <sstream>
 
 #include "meshing/h5/reader.hpp"
 #include "tests/support/edit_file.hpp"

@@ -3,8 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <limits>
-#include <numbers>
-#include <sstream>
 
 #include "collision/flat/flat_tree.hpp"
 #include "meshing/h5/inspect.hpp"
