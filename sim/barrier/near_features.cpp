@@ -62,12 +62,26 @@ class NearFeatureSearch::MovingFaces {
     /// The distance at which features press, metres: at most `reach`.
     double reach_of(FeatureKind kind, const PlacesInFaces& places, double reach) const {
         if (&s_ != &t_) return reach;
-        std::array<Eigen::Vector3d, 4> rest;
-        for (std::size_t k = 0; k < 4; ++k) rest[k] = s_.rest().row(vertices_[places[k]]);
-        return std::min(reach, rest_share * closest_points(kind, rest).distance);
+        return std::min(reach, rest_share * closest_points(kind, at_rest(places)).distance);
+    }
+    /// No less than that, at less cost: features are no farther apart than their corners.
+    double most_reach_of(FeatureKind kind, const PlacesInFaces& places, double reach) const {
+        if (&s_ != &t_) return reach;
+        const std::array<Eigen::Vector3d, 4> rest = at_rest(places);
+        double least = (rest[0] - rest[3]).squaredNorm();
+        for (std::size_t k = 0; k < corners_of_a(kind); ++k)
+            for (std::size_t l = corners_of_a(kind); l < 4; ++l)
+                least = std::min(least, (rest[k] - rest[l]).squaredNorm());
+        return std::min(reach, rest_share * std::sqrt(least));
     }
 
  private:
+    std::array<Eigen::Vector3d, 4> at_rest(const PlacesInFaces& places) const {
+        std::array<Eigen::Vector3d, 4> rest;
+        for (std::size_t k = 0; k < 4; ++k) rest[k] = s_.rest().row(vertices_[places[k]]);
+        return rest;
+    }
+
     const MovingSurface &s_, &t_;
     std::array<int, 6> vertices_;
     std::array<Eigen::Vector3d, 6> begin_, end_;
@@ -212,10 +226,11 @@ NearFeatureSearch::Candidate NearFeatureSearch::candidate(const MovingFaces& fac
     constexpr Candidate none{};
     if (faces.have_common_vertex(pair.kind, places)) return none;
     const MovingFeatures features = faces.features(pair.kind, places);
+    const double most = near_share * faces.most_reach_of(pair.kind, places, reach) + room;
     double apart = features.gap_along_axes();
-    if (apart > near_share * reach + room) return none;
+    if (apart > most) return none;
     apart = std::max(apart, room > 0 ? features.gap_by_approach() : features.gap_along_shortest_line());
-    if (apart > near_share * reach + room) return none;
+    if (apart > most) return none;
     const double own_reach = faces.reach_of(pair.kind, places, reach);
     return apart <= near_share * own_reach + room ? Candidate{{pair, own_reach}, apart} : none;
 }
