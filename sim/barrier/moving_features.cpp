@@ -35,8 +35,9 @@ double MovingFeatures::gap_along_axes() const {
     return nbd::gap_along_axes(from.first(of_a), to.first(of_a), from.subspan(of_a), to.subspan(of_a));
 }
 
-double MovingFeatures::gap_along_shortest_line() const {
-    const ClosestPoints closest = closest_points(kind, begin);
+double MovingFeatures::gap_along_shortest_line() const { return gap_along_line(closest_points(kind, begin)); }
+
+double MovingFeatures::gap_along_line(const ClosestPoints& closest) const {
     if (!(closest.distance > 0)) return 0;
     const Eigen::Vector3d line = closest.gap / closest.distance;
     const std::size_t of_a = corners_of_a(kind);
@@ -60,8 +61,10 @@ double MovingFeatures::relative_motion() const {
     return std::sqrt(most);
 }
 
-bool MovingFeatures::may_come_within(double distance) const {
-    return gap_along_axes() <= distance && gap_along_shortest_line() <= distance;
+bool MovingFeatures::may_press(double reach) const {
+    if (gap_along_axes() > near_share * reach) return false;
+    const ClosestPoints closest = closest_points(kind, begin);
+    return closest.distance - relative_motion() <= reach && gap_along_line(closest) <= near_share * reach;
 }
 
 MovingFeatures moving_features(const FeaturePair& pair, const std::vector<MovingSurface>& surfaces) {

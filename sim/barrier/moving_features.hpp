@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sim/barrier/moving_surface.hpp"
+#include "sim/barrier/near_pair.hpp"
 
 namespace nbd {
 
@@ -29,8 +30,12 @@ struct MovingFeatures {
     double gap_by_approach() const;
     /// The largest motion of a corner of one relative to a corner of the other.
     double relative_motion() const;
-    /// Whether the tight bounds let them come within `distance`, metres.
-    bool may_come_within(double distance) const;
+    /// Whether they may press where they do so within `reach`, metres: by the tight bounds they come within
+    /// near_share of it, and by their approach within it if that leads straight to each other.
+    bool may_press(double reach) const;
+
+ private:
+    double gap_along_line(const ClosestPoints& closest) const;
 };
 
 MovingFeatures moving_features(const FeaturePair& pair, const std::vector<MovingSurface>& surfaces);

@@ -218,21 +218,20 @@ void NearFeatureSearch::ask_trees(std::vector<MovingSurface>& surfaces, double r
     }
 }
 
-/// Two features of faces: a candidate if they may come within near_share of their reach and `room`. Without
-/// room, the rule is may_come_within().
+/// Two features of faces: a candidate if they may_press(), or would if they came nearer by `room`.
 NearFeatureSearch::Candidate NearFeatureSearch::candidate(const MovingFaces& faces, const FeaturePair& pair,
                                                           const PlacesInFaces& places, double reach,
                                                           double room) {
     constexpr Candidate none{};
     if (faces.have_common_vertex(pair.kind, places)) return none;
     const MovingFeatures features = faces.features(pair.kind, places);
-    const double most = near_share * faces.most_reach_of(pair.kind, places, reach) + room;
-    double apart = features.gap_along_axes();
-    if (apart > most) return none;
-    apart = std::max(apart, room > 0 ? features.gap_by_approach() : features.gap_along_shortest_line());
-    if (apart > most) return none;
+    const double most_reach = faces.most_reach_of(pair.kind, places, reach);
+    if (features.gap_along_axes() > near_share * most_reach + room) return none;
+    const double apart = features.gap_by_approach();
+    if (apart > most_reach + room) return none;
     const double own_reach = faces.reach_of(pair.kind, places, reach);
-    return apart <= near_share * own_reach + room ? Candidate{{pair, own_reach}, apart} : none;
+    const bool is_near = room > 0 ? apart <= own_reach + room : features.may_press(own_reach);
+    return is_near ? Candidate{{pair, own_reach}, apart} : none;
 }
 
 /// Appends the features of pairs of faces that are candidates.
@@ -273,11 +272,11 @@ void NearFeatureSearch::keep(std::span<const Candidate> candidates) {
 void NearFeatureSearch::keep_near(const std::vector<MovingSurface>& surfaces) {
     found_.clear();
     for (const Candidate& candidate : candidates_)
-        if (candidate.apart - nearer(candidate.near.pair) <= near_share * candidate.near.reach)
+        if (candidate.apart - nearer(candidate.near.pair) <= candidate.near.reach)
             found_.push_back(candidate.near);
     keeps_.assign(found_.size(), 0);
     parallel_for(found_.size(), [&](int i) {
-        keeps_[i] = moving_features(found_[i].pair, surfaces).may_come_within(near_share * found_[i].reach);
+        keeps_[i] = moving_features(found_[i].pair, surfaces).may_press(found_[i].reach);
     });
     for (std::size_t i = 0; i < found_.size(); ++i)
         if (keeps_[i]) kept_.push_back(found_[i]);

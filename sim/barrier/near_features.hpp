@@ -28,15 +28,15 @@ class NearFeatureSearch {
     /// Has the trees asked anew by the next find(). What is found depends on that only where bounds can miss.
     void forget() { references_.clear(); }
 
-    /// All pairs that MovingFeatures::may_come_within() near_share of their reach, sorted: among them all
-    /// that do. surfaces: those of begin(), moved. reach: metres. Valid until the next call.
+    /// All pairs that MovingFeatures::may_press(), sorted: among them all that come within their reach.
+    /// surfaces: those of begin(), moved. reach: metres. Valid until the next call.
     std::span<const NearFeatures> find(std::vector<MovingSurface>& surfaces, double reach);
 
     /// Pairs of faces looked at by the last find(), and the time of its queries.
     const StepReport& costs() const noexcept { return costs_; }
 
  private:
-    /// A pair that the trees found, and how far apart it stayed at least over the motion asked for.
+    /// A pair that the trees found, and how far apart it stayed by its approach in the motion asked for.
     struct Candidate {
         NearFeatures near;
         double apart = 0;

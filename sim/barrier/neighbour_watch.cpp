@@ -48,8 +48,7 @@ void NeighbourWatch::find(const std::vector<MovingSurface>& surfaces, double rea
     keeps_.assign(looked_at_.size(), 0);
     parallel_for(looked_at_.size(), [&](int k) {
         const NearFeatures& pair = pairs_[looked_at_[k]];
-        keeps_[k] =
-            moving_features(pair.pair, surfaces).may_come_within(near_share * std::min(pair.reach, reach));
+        keeps_[k] = moving_features(pair.pair, surfaces).may_press(std::min(pair.reach, reach));
     });
     for (std::size_t k = 0; k < looked_at_.size(); ++k) {
         if (!keeps_[k]) continue;

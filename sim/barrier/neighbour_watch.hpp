@@ -18,8 +18,8 @@ class NeighbourWatch {
     /// surface: number of a body's surface.
     NeighbourWatch(const std::vector<MovingSurface>& surfaces, int surface);
 
-    /// Appends all pairs that MovingFeatures::may_come_within() near_share of their reach: `reach`, or
-    /// rest_share of the distance at rest if that is less.
+    /// Appends all pairs that MovingFeatures::may_press() within their reach: `reach`, or rest_share of the
+    /// distance at rest if that is less.
     void find(const std::vector<MovingSurface>& surfaces, double reach, std::vector<NearFeatures>& near);
 
  private:

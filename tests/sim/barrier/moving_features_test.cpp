@@ -54,8 +54,8 @@ TEST(MovingFeatures, AreNeverNearerThanTheirGaps) {
                 EXPECT_LE(features.gap_along_axes(), least + rounding);
                 EXPECT_LE(features.gap_along_shortest_line(), least + rounding);
                 EXPECT_LE(features.gap_by_approach(), features.gap_along_shortest_line() + rounding);
-                EXPECT_TRUE(features.may_come_within(least + 2 * rounding));
-                ++(features.may_come_within(0.5 * least - rounding) ? near : far);
+                EXPECT_TRUE(features.may_press(least + 2 * rounding));
+                ++(features.may_press(0.25 * least - rounding) ? near : far);
             }
             EXPECT_GT(far, 2 * near) << size;  // the bounds are tight enough to be of use
         }

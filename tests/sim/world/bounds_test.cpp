@@ -33,9 +33,11 @@ World two_boxes(const Model& box, const Kinds& kinds, const Eigen::Vector3d& ori
     return world;
 }
 
-/// What happened in a world: the face pairs that were near, the contacts, and where the bodies are.
+/// What happened in a world: the face pairs that were near and somewhat nearer, with their steps, the
+/// contacts, and where the bodies are.
 struct Story {
-    std::vector<FacePair> near;
+    using Pairs = std::vector<std::pair<int, FacePair>>;
+    Pairs near, nearer;
     std::vector<int> contacts;
     Nodes a, b;
     bool operator==(const Story&) const = default;
@@ -47,8 +49,9 @@ Story run(World& world, int steps) {
         const WorldReport report = world.step(5e-3);
         EXPECT_EQ(report.failure, "");
         story.contacts.push_back(report.contacts);
-        const std::vector<FacePair> near = world.within(0, 1, world.thickness());
-        story.near.insert(story.near.end(), near.begin(), near.end());
+        for (const FacePair& pair : world.within(0, 1, world.thickness())) story.near.emplace_back(i, pair);
+        for (const FacePair& pair : world.within(0, 1, 0.999 * world.thickness()))
+            story.nearer.emplace_back(i, pair);
     }
     story.a = world.state(0).x;
     story.b = world.state(1).x;
@@ -71,8 +74,10 @@ TEST(Bounds, OfAllExactKindsGiveTheSameContactsBitForBit) {
             EXPECT_EQ(story.contacts, expected.contacts);
             EXPECT_TRUE(story.a == expected.a && story.b == expected.b);
             if (origin.norm() == 0) {
-                EXPECT_GT(expected.near.size(), 20u);
-                EXPECT_EQ(story.near, expected.near);
+                // Trees over nodes round positions otherwise than those over vertices do.
+                EXPECT_GT(expected.nearer.size(), 20u);
+                EXPECT_TRUE(std::ranges::includes(story.near, expected.nearer));
+                EXPECT_TRUE(std::ranges::includes(expected.near, story.nearer));
             }
         }
     }
