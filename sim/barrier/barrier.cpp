@@ -130,13 +130,6 @@ void Barrier::look(std::span<const Nodes> begin, std::span<const Nodes> end, dou
     costs_ = {};
     timed(costs_.update_us, [&] { place(begin, end, progress); });
     near_ = search_.find(surfaces_, reach_);
-    if (!held_features_.empty()) {
-        not_held_.assign(near_.begin(), near_.end());
-        std::erase_if(not_held_, [&](const NearFeatures& near) {
-            return std::ranges::binary_search(held_features_, near.pair);
-        });
-        near_ = not_held_;
-    }
     costs_.add(search_.costs());
     find_near_smooth();
 }

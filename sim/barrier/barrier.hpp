@@ -133,7 +133,7 @@ class Barrier {
     void find_near_smooth();
     void find_held_touch();
     void find_held_on_smooth();
-    void find_held_pairs(int a, int b, std::vector<Intersection>& faces);
+    void find_held_pairs(int a, int b, std::vector<FeaturePair>& features, std::vector<Intersection>& faces);
     bool touches_where_held(const FeaturePair& pair) const;
     double limit(const NearFeatures& near) const;
     double limit(const NearSmooth& near) const;
@@ -161,8 +161,6 @@ class Barrier {
     bool is_exact_ = false;  // see be_exact()
     NearFeatureSearch search_;
     IntersectionSearch intersection_search_;
-    std::vector<FeaturePair> held_features_;  // that touch where they stay; sorted
-    std::vector<NearFeatures> not_held_;      // near_ without these, if there are any
     std::span<const NearFeatures> near_;
     std::vector<NearSmooth> near_smooth_;
     std::vector<double> limits_, distances_, energies_;  // [near_, then near_smooth_]

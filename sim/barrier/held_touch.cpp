@@ -39,7 +39,7 @@ std::vector<int> faces_of_edge(const SurfaceTopology& topology, int edge) {
 /// Finds what touches in the poses in which held bodies were added, with obstacles at time 0.
 void Barrier::find_held_touch() {
     for (Wall& wall : walls_) wall.held_touch.clear();
-    held_features_.clear();
+    search_.leave_out({});
     if (std::ranges::all_of(bodies_, [](const Body& body) { return body.held.nodes.size() == 0; })) return;
     begin_step(0, 0);
     std::vector<Nodes> nodes;
@@ -47,10 +47,11 @@ void Barrier::find_held_touch() {
         nodes.push_back(bodies_[b].held.nodes.size() > 0 ? bodies_[b].held.nodes : surfaces_[b].rest_nodes());
     place(nodes, nodes, 0);
     find_held_on_smooth();
+    std::vector<FeaturePair> features;
     std::vector<Intersection> faces;
     for (int a = 0; a < std::ssize(surfaces_); ++a)
-        for (int b = a + 1; b < std::ssize(surfaces_); ++b) find_held_pairs(a, b, faces);
-    std::ranges::sort(held_features_);
+        for (int b = a + 1; b < std::ssize(surfaces_); ++b) find_held_pairs(a, b, features, faces);
+    search_.leave_out(std::move(features));
     intersection_search_.leave_out(std::move(faces));
 }
 
@@ -69,8 +70,10 @@ void Barrier::find_held_on_smooth() {
     }
 }
 
-/// Features of two surfaces that touch where both stay for ever. Appends the faces with such features.
-void Barrier::find_held_pairs(int a, int b, std::vector<Intersection>& faces) {
+/// Appends the features of two surfaces that touch where both stay for ever, and the faces with such
+/// features.
+void Barrier::find_held_pairs(int a, int b, std::vector<FeaturePair>& features,
+                              std::vector<Intersection>& faces) {
     MovingSurface &s = surfaces_[a], &t = surfaces_[b];
     const auto stays = [&](const MovingSurface& surface) {
         if (const Wall* wall = wall_of(surface)) return wall->obstacle.velocity.isZero(0);
@@ -79,14 +82,14 @@ void Barrier::find_held_pairs(int a, int b, std::vector<Intersection>& faces) {
     };
     if ((s.is_obstacle() && t.is_obstacle()) || !stays(s) || !stays(t)) return;
     const auto near = static_cast<float>(touching_share * reach_ + s.rounding() + t.rounding());
-    const std::size_t first = held_features_.size();
+    const std::size_t first = features.size();
     PairQuery query;
     for (const FacePair& pair : query.boxes_within(s.still_tree(), t.still_tree(), near))
         for_each_owned_pair(s.numbered(a), t.numbered(b), pair,
-                            [&](const FeaturePair& features, const PlacesInFaces&) {
-                                if (touches_where_held(features)) held_features_.push_back(features);
+                            [&](const FeaturePair& one, const PlacesInFaces&) {
+                                if (touches_where_held(one)) features.push_back(one);
                             });
-    for (const FeaturePair& pair : std::span(held_features_).subspan(first)) {
+    for (const FeaturePair& pair : std::span(features).subspan(first)) {
         const SurfaceTopology &of_a = surfaces_[pair.surface_a].topology(),
                               &of_b = surfaces_[pair.surface_b].topology();
         const bool is_edges = pair.kind == FeatureKind::edge_edge;

@@ -96,6 +96,11 @@ void NearFeatureSearch::begin(const std::vector<MovingSurface>& surfaces,
         if (!surfaces[s].is_obstacle() && !surfaces[s].proof()) neighbours_.emplace_back(surfaces, s);
 }
 
+void NearFeatureSearch::leave_out(std::vector<FeaturePair> pairs) {
+    left_out_ = std::move(pairs);
+    std::ranges::sort(left_out_);
+}
+
 /// The shares of the reference motion that are nearest to the begin and to the end of this one.
 std::array<double, 2> NearFeatureSearch::shares(const std::vector<MovingSurface>& surfaces) const {
     double along_begin = 0, along_end = 0, squared = 0;
@@ -174,7 +179,7 @@ std::span<const NearFeatures> NearFeatureSearch::find(std::vector<MovingSurface>
         if (surfaces[s].proof()) keep_near_unproved(surfaces, s, reach);
     std::erase_if(kept_, [&](const NearFeatures& near) {
         const auto& [kind, a, b, of_a, of_b] = near.pair;
-        return !(near.reach > 0) ||
+        return !(near.reach > 0) || std::ranges::binary_search(left_out_, near.pair) ||
                (a == b && std::ranges::binary_search(touching_, owners(near.pair, surfaces[a].topology())));
     });
     std::ranges::sort(kept_);
@@ -218,7 +223,8 @@ void NearFeatureSearch::ask_trees(std::vector<MovingSurface>& surfaces, double r
     }
 }
 
-/// Two features of faces: a candidate if they may_press(), or would if they came nearer by `room`.
+/// Two features of faces: a candidate if they may_press(), or with room, if their approach may bring them
+/// within their reach and the room.
 NearFeatureSearch::Candidate NearFeatureSearch::candidate(const MovingFaces& faces, const FeaturePair& pair,
                                                           const PlacesInFaces& places, double reach,
                                                           double room) {
@@ -226,12 +232,16 @@ NearFeatureSearch::Candidate NearFeatureSearch::candidate(const MovingFaces& fac
     if (faces.have_common_vertex(pair.kind, places)) return none;
     const MovingFeatures features = faces.features(pair.kind, places);
     const double most_reach = faces.most_reach_of(pair.kind, places, reach);
+    if (room == 0) {
+        if (!features.may_press(most_reach)) return none;
+        const double own_reach = faces.reach_of(pair.kind, places, reach);
+        return own_reach == most_reach || features.may_press(own_reach) ? Candidate{{pair, own_reach}} : none;
+    }
     if (features.gap_along_axes() > near_share * most_reach + room) return none;
     const double apart = features.gap_by_approach();
     if (apart > most_reach + room) return none;
     const double own_reach = faces.reach_of(pair.kind, places, reach);
-    const bool is_near = room > 0 ? apart <= own_reach + room : features.may_press(own_reach);
-    return is_near ? Candidate{{pair, own_reach}, apart} : none;
+    return apart <= own_reach + room ? Candidate{{pair, own_reach}, apart} : none;
 }
 
 /// Appends the features of pairs of faces that are candidates.

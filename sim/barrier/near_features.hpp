@@ -25,6 +25,9 @@ class NearFeatureSearch {
     /// near, see IntersectionSearch::about_those_at_rest(); must stay valid.
     void begin(const std::vector<MovingSurface>& surfaces, std::span<const Intersection> touching);
 
+    /// Other pairs that are never near.
+    void leave_out(std::vector<FeaturePair> pairs);
+
     /// Has the trees asked anew by the next find(). What is found depends on that only where bounds can miss.
     void forget() { references_.clear(); }
 
@@ -66,11 +69,12 @@ class NearFeatureSearch {
     void keep_near_unproved(std::vector<MovingSurface>& surfaces, int surface, double reach);
 
     std::span<const Intersection> touching_;
+    std::vector<FeaturePair> left_out_;  // sorted
     PairQuery pair_query_;
     SelfQuery self_query_;
     std::vector<NeighbourWatch> neighbours_;  // of the bodies' surfaces without a HostProof
     std::vector<Reference> references_;       // [surfaces]; empty: the trees were not asked
-    double asked_reach_ = 0, room_ = 0;       // candidates have all within asked_reach_ + room_
+    double asked_reach_ = 0, room_ = 0;       // candidates have all that may approach to their sum
     std::vector<Candidate> candidates_, unproved_;
     std::vector<Deviation> deviations_;  // [surfaces]
     std::vector<NearFeatures> found_, kept_;
