@@ -24,6 +24,11 @@ class RecordWriter {
         (*this)(state.x);
         (*this)(state.v);
     }
+    void operator()(const PastStep& past) {
+        (*this)(past.v);
+        (*this)(past.inner_forces);
+        (*this)(past.held);
+    }
     template <class T>
     void operator()(const std::vector<T>& values) {
         (*this)(values.size());
@@ -56,6 +61,11 @@ class RecordReader {
     void operator()(BodyState& state) {
         (*this)(state.x);
         (*this)(state.v);
+    }
+    void operator()(PastStep& past) {
+        (*this)(past.v);
+        (*this)(past.inner_forces);
+        (*this)(past.held);
     }
     template <class T>
     void operator()(std::vector<T>& values) {
@@ -90,8 +100,8 @@ void pass(Archive& archive, Frame& frame) {
     archive(world.time);
     archive(world.dt_before);
     archive(world.bodies);
+    archive(world.inner_forces);
     archive(world.before);
-    archive(world.velocities_before);
     archive(world.stretches.contacts);
     archive(world.stretches.ways);
     archive(frame.contact_forces);

@@ -21,7 +21,7 @@ struct SurfacePoint {
 struct Contact {
     SurfacePoint a{}, b{};
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // unit
-    // Velocity of the obstacle, m/s, less that by which the points move before the unknowns of a BDF2 step.
+    // Velocity of the obstacle, m/s, less that by which earlier rates move the points in the step.
     Eigen::Vector3d wall_velocity = Eigen::Vector3d::Zero();
     double gap = 0;  // metres at the start of the step, as a motion straight to where they were seen had it
     BarrierLaw barrier{};
@@ -49,7 +49,7 @@ struct ContactConfig {
         0;  // distance at which contact begins, metres; 0: 0.1 % of the smallest body's diagonal
     // Residual of every body, contacts included, at which they count as settled, relative to its impulses in
     // the step, see ContactSolver::share_of_scales().
-    double tolerance = 1e-4;
+    double tolerance = 1e-5;
 };
 
 /// Throws std::invalid_argument naming the first number that is out of range.

@@ -77,7 +77,7 @@ class ContactSolver {
     /// solve(). Newton seconds, stacked like v; includes nodes with prescribed velocity.
     Eigen::VectorXd impulses(const Eigen::VectorXd& v) const;
 
-    /// What these impulses give to the momentum of each body. at: positions at the start of the step.
+    /// What these impulses give to the momentum of each body. at: positions at which they act.
     std::vector<Momentum> momenta(const Eigen::VectorXd& v, const BodyPositions& at) const;
 
     /// What impulses on bodies as a whole do at the end of a step while its contacts resist.

@@ -70,6 +70,8 @@ World make_world(const Recipe& recipe, const Body& body, const std::shared_ptr<c
                  const std::shared_ptr<const CollisionTree>& tree,
                  const std::shared_ptr<RestHierarchies>& hierarchies) {
     WorldConfig config;
+    // Vibrations that steps do not resolve are no poses to learn from.
+    config.step.integrator = TimeIntegrator::backward_euler;
     config.gravity = recipe.gravity;
     config.contact.tolerance = 1e-3;  // training poses need variety, not precise friction
     config.limits.inverted_share = 0.02;

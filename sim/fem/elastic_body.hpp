@@ -139,6 +139,10 @@ class ElasticBody {
     void pose(NodesRef x, ElementPose& pose, ElementForces& forces, Tangent tangent = Tangent::rotated,
               const StepMotion* motion = nullptr) const;
 
+    /// The forces of elasticity and the damping of stiffness on the nodes, newtons, at the positions x with
+    /// the velocities v, all [N, 3].
+    Nodes inner_forces(NodesRef x, NodesRef v) const;
+
     /// Sums the elements' forces on the nodes, newtons. out: [N, 3].
     void sum_forces(const ElementForces& forces, Eigen::Ref<Nodes> out) const;
 

@@ -328,6 +328,19 @@ void ElasticBody::product(const ElementPose& pose, NodesRef u, double of_stiffne
     sum_forces(scratch, out);
 }
 
+Nodes ElasticBody::inner_forces(NodesRef x, NodesRef v) const {
+    ElementPose scratch;
+    ElementForces of_elements;
+    const Nodes still = Nodes::Zero(node_count(), 3);
+    // Impulses over a second in which nothing moves.
+    const StepMotion motion{.w = still, .dt = 1, .damping = material_.rayleigh_stiffness};
+    pose(x, scratch, of_elements, Tangent::rotated, &motion);
+    Nodes forces(node_count(), 3), damping(node_count(), 3);
+    sum_forces(of_elements, forces);
+    damping_product(scratch, v, of_elements, damping);
+    return forces - material_.rayleigh_stiffness * damping;
+}
+
 void ElasticBody::damping_product(const ElementPose& pose, NodesRef u, ElementForces& scratch,
                                   Eigen::Ref<Nodes> out) const {
     product(pose, u, 0, pose.F.empty() ? 0 : 1, scratch, out);

@@ -36,13 +36,13 @@ void StepSystem::assemble(const BodyState& start, const TimeStep& step, const Lo
     if (loads.forces.rows() > 0) require_rows(loads.forces.rows(), "forces");
     if (w.rows() > 0) require_rows(w.rows(), "w");
 
-    const Nodes& iterate = w.rows() > 0 ? w : start.v;
+    const Nodes iterate = w.rows() > 0 ? w : Nodes(start.v / c);
     x_ = start.x + dt * iterate;
     const double damping = c / dt * body_.material().rayleigh_stiffness;
     const StepMotion motion{iterate, dt, step.strain_rate_at(), damping};
     body_.pose(x_, elements_, forces_, tangent, &motion);
     body_.sum_forces(forces_, impulse_);
-    mass_scale_ = c * (c + dt * body_.material().rayleigh_mass);
+    mass_scale_ = c * c * (1 + dt * body_.material().rayleigh_mass);
     elastic_scale_ = dt * dt;
     stiffness_scale_ = elastic_scale_ * (1 + damping);
     body_.combine(mass_scale_, elastic_scale_, elements_, A_);
@@ -67,7 +67,7 @@ void StepSystem::assemble(const BodyState& start, const TimeStep& step, const Lo
 }
 
 double StepSystem::softness(int node, double contacts) const noexcept {
-    constexpr double enough = 100;  // what tolerances of 1e-4 leave falls by 100 from step to step
+    constexpr double enough = 100;  // what tolerances leave falls by 100 from step to step
     const double mass = body_.node_masses()[node];
     return std::min(1.0, enough * mass / (A_.diagonal()[node].trace() / 3 + contacts));
 }
@@ -127,7 +127,7 @@ double StepPotential::value(const Nodes& v) {
     Nodes product = masses.asDiagonal() * change;
     double sum = 0.5 * product.cwiseProduct(change).sum();
     product = masses.asDiagonal() * v;
-    sum += 0.5 * c * dt * material.rayleigh_mass * product.cwiseProduct(v).sum();
+    sum += 0.5 * c * c * dt * material.rayleigh_mass * product.cwiseProduct(v).sum();
     // Relative to v*, so that the speed of a body does not drown what changes.
     const Nodes relative = v - start_.v;
     sum -= dt * (relative.transpose() * masses).dot(loads_.gravity);
@@ -141,7 +141,7 @@ Nodes StepPotential::gradient(const Nodes& v) {
     const Material& material = body_.material();
     const auto [dt, c] = step_;
     const Nodes inertia =
-        body_.node_masses().asDiagonal() * (c * (c + dt * material.rayleigh_mass) * v - c * start_.v -
+        body_.node_masses().asDiagonal() * (c * c * (1 + dt * material.rayleigh_mass) * v - c * start_.v -
                                             (dt * loads_.gravity.transpose()).replicate(v.rows(), 1));
     Nodes damping(v.rows(), 3), force(v.rows(), 3);
     body_.damping_product(damping_, v, forces_, damping);

@@ -23,14 +23,14 @@ struct PrescribedNodes {
 
 /// The linear system A v = b of one step (see TimeStep) from (x*, v*), whose unknown is v:
 ///
-///   A = c (c + dt alpha) M + dt^2 K(x) + c dt beta D
+///   A = c^2 (1 + dt alpha) M + dt^2 K(x) + c dt beta D
 ///   b = c M v* + dt (f(x) + M g + f_outer) + dt^2 K(x) w
 ///
-/// linearised at the iterate w, where x = x* + dt w; alpha and beta are the Rayleigh coefficients. D damps
-/// strain rates as K resists strains, and leaves rotations alone, see StepMotion. For backward Euler the
-/// first w is v*, which accounts for the body's rotation over the step; linearised at x*, a spinning body
-/// would gain energy. Using the last solution as w gives Newton's method, with K as its only approximation
-/// (see ElasticBody).
+/// linearised at the iterate w, where x = x* + dt w; alpha and beta are the Rayleigh coefficients. Impulses
+/// that are added to b act on the body with a share of 1 / c. D damps strain rates as K resists strains, and
+/// leaves rotations alone, see StepMotion. For backward Euler the first w is v*, which accounts for the
+/// body's rotation over the step; linearised at x*, a spinning body would gain energy. Using the last
+/// solution as w gives Newton's method, with K as its only approximation (see ElasticBody).
 ///
 /// Call assemble(), then prescribe(), then multiply() any number of times. CoupledSolver solves the systems
 /// of several bodies together.
@@ -42,7 +42,7 @@ class StepSystem {
 
     const ElasticBody& body() const noexcept { return body_; }
 
-    /// Sets A and b and clears all prescribed nodes. w: [N, 3] m/s, or empty for start.v. Throws
+    /// Sets A and b and clears all prescribed nodes. w: [N, 3] m/s, or empty for start.v / c. Throws
     /// std::invalid_argument for wrong shapes or dt.
     void assemble(const BodyState& start, const TimeStep& step, const Loads& loads, const Nodes& w = {},
                   Tangent tangent = Tangent::rotated);
@@ -98,7 +98,8 @@ class StepSystem {
 
 /// One step of a body (see TimeStep) as a minimisation over its unknown v, [N, 3]. The gradient of
 ///
-///   P(v) = 1/2 |c v - v*|^2_M + E(x* + dt v) - dt v.(M g + f_outer) + c dt/2 (alpha |v|^2_M + beta |v|^2_D)
+///   P(v) = 1/2 |c v - v*|^2_M + E(x* + dt v) - dt v.(M g + f_outer) + c dt/2 (c alpha |v|^2_M + beta
+///   |v|^2_D)
 ///
 /// is the impulse balance that the step solves. Joules, up to a constant. Contact forces are not included.
 class StepPotential {

@@ -225,11 +225,16 @@ SceneObstacle read_obstacle(JsonObject& from, const std::filesystem::path& base)
     return result;
 }
 
+std::string_view instead_of_integrator(std::string_view name) noexcept {
+    return name == "bdf2" ? "second_order" : "";
+}
+
 StepConfig read_solver(JsonObject from) {
     StepConfig step;
     from.gone("most_substeps", "max_substeps");
-    if (from.choice("integrator", "backward_euler", {"backward_euler", "bdf2"}) == "bdf2")
-        step.integrator = TimeIntegrator::bdf2;
+    if (from.choice("integrator", "second_order", {"second_order", "backward_euler"},
+                    instead_of_integrator) == "backward_euler")
+        step.integrator = TimeIntegrator::backward_euler;
     if (from.choice("tangent", "rotated", {"rotated", "full"}) == "full") step.tangent = Tangent::full;
     step.newton_iterations =
         from.integer("newton_iterations", step.newton_iterations, {1, 100, "between 1 and 100"});

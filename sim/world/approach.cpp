@@ -28,7 +28,7 @@ Nodes World::foreseen_motion(const Body& body, double dt) const {
     const PrescribedNodes given = prescribed(body, dt);
     for (std::size_t k = 0; k < given.nodes.size(); ++k) {
         const int node = given.nodes[k];
-        way.row(node) = start_of(body).x.row(node) + dt * given.v.row(k) - body.state.x.row(node);
+        way.row(node) = body.start.x.row(node) + dt * given.v.row(k) - body.state.x.row(node);
     }
     return way;
 }

@@ -22,7 +22,7 @@ PrescribedNodes World::prescribed(const Body& body, double dt) const {
     PrescribedNodes result;
     std::vector<Eigen::Vector3d> v;
     const auto add = [&](int node, const Eigen::Vector3d& target) {
-        const Eigen::Vector3d x = start_of(body).x.row(node);
+        const Eigen::Vector3d x = body.start.x.row(node);
         result.nodes.push_back(node);
         v.push_back((target - x) / dt);
     };
@@ -59,7 +59,7 @@ Eigen::VectorXd World::stacked(Nodes (World::*velocities)(const Body&) const,
 void World::build_systems(const std::vector<PrescribedNodes>& given, const Eigen::VectorXd* iterate) {
     for (int b = 0; b < body_count(); ++b) {
         const Body& body = at(b);
-        systems_[b].assemble(start_of(body), body.start.step, loads(body),
+        systems_[b].assemble(body.start, step_, loads(body),
                              iterate ? body_part(b, *iterate) : first_iterate(body), config_.step.tangent);
     }
     for (std::size_t b = 0; b < bodies_.size(); ++b) systems_[b].prescribe(given[b]);
@@ -74,15 +74,13 @@ double World::residual(const Eigen::VectorXd& v) {
     for (int b = 0; b < body_count(); ++b) {
         const StepSystem& system = systems_[b];
         const Loads outer = loads(at(b));
-        const Nodes own =
-            StepPotential(*at(b).elastic, start_of(at(b)), at(b).start.step, outer, system.elements())
-                .gradient(body_part(b, v));
+        const Nodes own = StepPotential(*at(b).elastic, at(b).start, step_, outer, system.elements())
+                              .gradient(body_part(b, v));
         Eigen::Map<Nodes>(off.data() + first_unknown_[b], own.rows(), 3) += own;
         const auto& diagonal = system.matrix().diagonal();
         for (int i = 0; i < own.rows(); ++i) {
             const int first = first_unknown_[b] + 3 * i;
-            const double motion =
-                v.segment<3>(first).norm() + start_of(at(b)).x.row(i).norm() / at(b).start.step.dt;
+            const double motion = v.segment<3>(first).norm() + at(b).start.x.row(i).norm() / step_.dt;
             rounding.segment<3>(first).setConstant(2 * unit * diagonal[i].norm() * motion);
         }
     }

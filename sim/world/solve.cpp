@@ -49,9 +49,8 @@ std::vector<Intersection> World::touching_at_rest() { return barrier().touching_
 Eigen::VectorXd World::leads(double dt) const {
     Eigen::VectorXd leads = Eigen::VectorXd::Zero(first_unknown_.back());
     for (std::size_t b = 0; b < bodies_.size(); ++b)
-        if (takes_bdf2(bodies_[b]))
-            Eigen::Map<Nodes>(leads.data() + first_unknown_[b], bodies_[b].state.x.rows(), 3) =
-                (start_of(bodies_[b]).x - bodies_[b].state.x) / dt;
+        Eigen::Map<Nodes>(leads.data() + first_unknown_[b], bodies_[b].state.x.rows(), 3) =
+            (bodies_[b].start.x - bodies_[b].state.x) / dt;
     return leads;
 }
 
@@ -211,8 +210,7 @@ double World::search_line(const Eigen::VectorXd& v, const Eigen::VectorXd& to, d
         std::vector<double> terms{barrier().energy(s), solver_.friction_potential(at_s, to)};
         for (int b = 0; b < body_count() && std::isfinite(terms.front()); ++b) {
             const Loads outer = loads(at(b));
-            terms.push_back(StepPotential(*at(b).elastic, start_of(at(b)), at(b).start.step, outer,
-                                          systems_[b].elements())
+            terms.push_back(StepPotential(*at(b).elastic, at(b).start, step_, outer, systems_[b].elements())
                                 .value(body_part(b, at_s)));
         }
         return terms;

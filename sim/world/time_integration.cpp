@@ -1,34 +1,75 @@
-// Which rule advances a body, where its step starts from, where it ends and with which momentum.
+// Where a step starts from, where it ends and with which momentum.
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <utility>
 
 #include "sim/world/world.hpp"
 
 namespace nbd {
+namespace {
 
-/// BDF2 for bodies without driven nodes and without a grip that jumps, neither in this step nor in the one
-/// before it: BDF2 would extrapolate the jump. A barrier is a smooth potential, so that it holds in contact.
+/// Force and torque of outer forces and gravity on a body at the positions x, [N, 3].
+Momentum outer_load(const ElasticBody& elastic, NodesRef x, const Loads& loads) {
+    const Eigen::RowVector3d centre = centre_of_mass(elastic, x);
+    Momentum load{.linear = elastic.mass() * loads.gravity, .angular = Eigen::Vector3d::Zero()};
+    for (Eigen::Index i = 0; i < x.rows(); ++i) {
+        const Eigen::Vector3d force = loads.forces.row(i), arm = x.row(i) - centre;
+        load.linear += force;
+        load.angular += arm.cross(force);
+    }
+    return load;
+}
+
+}  // namespace
+
+/// Sets where the step starts for each body, with what the rates before it add. Where the last step of a body
+/// is not known, or was much shorter, those before it are taken to be as now, of all bodies: two that touch
+/// have to follow the same rule.
 void World::choose_steps(double dt) {
-    const bool is_bdf2 = config_.step.integrator == TimeIntegrator::bdf2;
+    knows_last_ = false;
     for (Body& body : bodies_) {
-        const bool jumps = std::ranges::any_of(body.grips, [&](const Grip& grip) {
-            const bool moves = !grip.translation.isZero(0) || !grip.rotation.isZero(0);
-            return moves && grip.duration == 0 && grip.start > time_ - dt_before_ && grip.start <= time_ + dt;
-        });
-        body.keeps_state = is_bdf2 && !jumps && body.driven.nodes.empty();
-        if (!body.keeps_state) body.before.reset();
-        body.start = {.state = {}, .step = dt};
-        if (body.before && dt <= max_bdf2_growth * dt_before_)
-            body.start = bdf2_start(*body.before, body.state, dt_before_, dt);
+        body.start = body.state;
+        measure_inner_forces(body, dt);
+    }
+    step_ = dt;
+    if (config_.step.integrator == TimeIntegrator::backward_euler) return;
+    step_ = {dt, 1 / TwoStepWeights::end};
+    const bool is_known =
+        std::ranges::all_of(bodies_, [](const Body& body) { return body.before.has_value(); });
+    knows_last_ = is_known && dt <= most_growth * dt_before_;
+    const TwoStepWeights weights(knows_last_ ? dt / dt_before_ : 1);
+    for (Body& body : bodies_) {
+        const ElasticBody& elastic = *body.elastic;
+        const Nodes& v_before = knows_last_ ? body.before->v : body.state.v;
+        const Nodes& forces_before = knows_last_ ? body.before->inner_forces : body.inner_forces;
+        body.start.x += dt * (weights.now * body.state.v + weights.before * v_before);
+        const Nodes forces = weights.now * body.inner_forces + weights.before * forces_before +
+                             (1 - weights.end) * body.forces;
+        body.start.v += dt * (elastic.node_masses().cwiseInverse().asDiagonal() * forces);
+        body.start.v.rowwise() += (1 - weights.end) * dt * config_.gravity.transpose();
     }
 }
 
-/// The unknown of the step if the body goes on as before.
-Nodes World::first_iterate(const Body& body) const {
-    if (!takes_bdf2(body)) return body.state.v;
-    const double growth = body.start.step.dt / dt_before_;
-    return ((1 + growth) * body.state.v - growth * body.before->v) / body.start.step.velocity_factor;
+/// Evaluates inner forces where none are known that a step has balanced: in the first step, and on nodes that
+/// are let go, where the balance was that of what held them.
+void World::measure_inner_forces(Body& body, double dt) {
+    const auto measured = [&] { return body.elastic->inner_forces(body.state.x, body.state.v); };
+    if (!body.before || body.inner_forces.size() == 0) {
+        body.inner_forces = measured();
+        return;
+    }
+    std::vector<int> let_go = body.before->held;
+    const std::vector<int> held = prescribed(body, dt).nodes;
+    std::erase_if(let_go, [&](int node) { return std::ranges::find(held, node) != held.end(); });
+    if (let_go.empty()) return;
+    const Nodes forces = measured();
+    for (const int node : let_go)
+        for (Nodes* known : {&body.inner_forces, &body.before->inner_forces})
+            known->row(node) = forces.row(node);
 }
+
+/// The unknown of the step if the body goes on as before.
+Nodes World::first_iterate(const Body& body) const { return body.state.v / step_.velocity_factor; }
 
 /// Whether some of its nodes have prescribed velocities.
 bool World::is_held(const Body& body) const {
@@ -40,23 +81,33 @@ bool World::is_held(const Body& body) const {
 /// The unknown of the step if velocities change as in the last step: where the linear solver starts. A body
 /// that nothing holds, and of whose last step nothing is known, falls.
 Nodes World::likely_velocities(const Body& body) const {
-    constexpr double max_growth = 2;  // of the step length; a longer one asks too much of the last change
-    const double dt = body.start.step.dt, growth = dt / dt_before_;
-    if (takes_bdf2(body)) return first_iterate(body);
-    if (body.velocities_before.size() == 0 || growth > max_growth) {
-        if (is_held(body)) return first_iterate(body);
-        const Nodes gain = dt * (body.elastic->node_masses().cwiseInverse().asDiagonal() * body.forces);
-        return ((body.state.v + gain).rowwise() + dt * config_.gravity.transpose()) /
-               (1 + dt * body.elastic->material().rayleigh_mass);
+    const double dt = step_.dt;
+    if (body.before && dt <= most_growth * dt_before_) {
+        const double growth = dt / dt_before_;
+        return ((1 + growth) * body.state.v - growth * body.before->v) / step_.velocity_factor;
     }
-    return (1 + growth) * body.state.v - growth * body.velocities_before;
+    if (is_held(body)) return first_iterate(body);
+    const Nodes gain = dt * (body.elastic->node_masses().cwiseInverse().asDiagonal() * body.forces);
+    return ((body.state.v + gain).rowwise() + dt * config_.gravity.transpose()) /
+           (step_.velocity_factor * (1 + dt * body.elastic->material().rayleigh_mass));
 }
 
 /// Positions of the nodes of all bodies at dt with the unknown v of the step.
 std::vector<Nodes> World::nodes_after(double dt, const Eigen::VectorXd& v) const {
     std::vector<Nodes> nodes;
-    for (int b = 0; b < body_count(); ++b) nodes.push_back(start_of(at(b)).x + dt * body_part(b, v));
+    for (int b = 0; b < body_count(); ++b) nodes.push_back(at(b).start.x + dt * body_part(b, v));
     return nodes;
+}
+
+/// Positions at which the impulses of contacts act. In steps of second order they add to the way, in this
+/// step and the next, what they would from the middle of this one: with arms of that time, the angular
+/// momentum of two bodies that push each other stays, where steps are equal.
+Nodes World::middle(const Body& body) const {
+    if (step_.velocity_factor == 1) return body.state.x;
+    Nodes x = body.state.x + step_.dt / 2 * body.state.v;
+    if (knows_last_)
+        x -= step_.dt * TwoStepWeights(step_.dt / dt_before_).before * (body.state.v - body.before->v);
+    return x;
 }
 
 /// The momentum that a body should have at the end of the step, at the positions x, [N, 3]. The solver leaves
@@ -64,36 +115,40 @@ std::vector<Nodes> World::nodes_after(double dt, const Eigen::VectorXd& v) const
 /// straight lines, and neglects how forces turn. contacts: what they give.
 Momentum World::end_momentum(const Body& body, NodesRef x, const Momentum& contacts) const {
     const ElasticBody& elastic = *body.elastic;
-    const auto [dt, factor] = body.start.step;
+    const auto [dt, factor] = step_;
+    const double begun = dt * (1 - 1 / factor);
     Momentum momentum = momentum_of(elastic, body.state);
-    if (takes_bdf2(body)) {
-        const double q = body.start.share_before;
-        const Momentum before = momentum_of(elastic, *body.before);
-        momentum.linear += q * (momentum.linear - before.linear);
-        momentum.angular += q * (momentum.angular - before.angular);
-    }
-    const Eigen::RowVector3d centre = centre_of_mass(elastic, x);
-    Eigen::Vector3d force = elastic.mass() * config_.gravity, torque = Eigen::Vector3d::Zero();
-    for (Eigen::Index i = 0; i < x.rows(); ++i) {
-        const Eigen::Vector3d outer = body.forces.row(i), arm = x.row(i) - centre;
-        force += outer;
-        torque += arm.cross(outer);
-    }
-    const double lasting = factor + dt * elastic.material().rayleigh_mass;
-    return {(factor * momentum.linear + dt * force + contacts.linear) / lasting,
-            (factor * momentum.angular + dt * torque + contacts.angular) / lasting};
+    const Momentum first = outer_load(elastic, body.state.x, loads(body)),
+                   last = outer_load(elastic, x, loads(body));
+    momentum.linear += begun * first.linear;
+    momentum.angular += begun * first.angular;
+    const double lasting = factor * (1 + dt * elastic.material().rayleigh_mass);
+    return {(factor * momentum.linear + dt * last.linear + contacts.linear) / lasting,
+            (factor * momentum.angular + dt * last.angular + contacts.angular) / lasting};
 }
 
-/// v: the solution of the step.
-void World::advance(Body& body, const Nodes& v) {
-    const auto [dt, factor] = body.start.step;
-    if (body.keeps_state)
-        body.before = body.state;
-    else
-        body.before.reset();
-    body.velocities_before = body.state.v;
-    body.state.x = start_of(body).x + dt * v;
-    body.state.v = factor * v;
+/// w: the solution of the step. impulses: those of its contacts on the nodes, stacked. The inner forces that
+/// the next step needs are what balances the motion: where elements are stiff, forces evaluated at its end
+/// would be mostly what they make of the solver's errors. Held nodes keep the velocity of their straight way;
+/// those of a grip that jumps, none.
+void World::advance(int index, const Nodes& w, const Eigen::VectorXd& impulses) {
+    Body& body = at(index);
+    const auto [dt, factor] = step_;
+    body.before = {
+        .v = body.state.v, .inner_forces = std::move(body.inner_forces), .held = prescribed(body, dt).nodes};
+    const Eigen::VectorXd& masses = body.elastic->node_masses();
+    const double lasting = 1 + dt * body.elastic->material().rayleigh_mass;
+    const Nodes x = body.start.x + dt * w;
+    Nodes now = factor * w;
+    body.inner_forces = masses.asDiagonal() * ((factor / dt * (lasting * now - body.start.v)).rowwise() -
+                                               config_.gravity.transpose()) -
+                        body.forces - body_part(index, impulses) / dt;
+    for (const int node : body.before->held) now.row(node) = (x.row(node) - body.state.x.row(node)) / dt;
+    for (const Grip& grip : body.grips)
+        if (grip.duration == 0 && time_ < grip.release)
+            for (const int node : grip.nodes) now.row(node).setZero();
+    body.state.x = x;  // in place: arrays keep their place in memory
+    body.state.v = now;
 }
 
 }  // namespace nbd

@@ -188,8 +188,8 @@ WorldSnapshot World::snapshot() const {
     snapshot.dt_before = dt_before_;
     for (const Body& body : bodies_) {
         snapshot.bodies.push_back(body.state);
-        snapshot.before.push_back(body.before.value_or(BodyState{}));
-        snapshot.velocities_before.push_back(body.velocities_before);
+        snapshot.inner_forces.push_back(body.inner_forces);
+        snapshot.before.push_back(body.before.value_or(PastStep{}));
     }
     snapshot.stretches = friction_memory_.stretches();
     return snapshot;
@@ -197,24 +197,20 @@ WorldSnapshot World::snapshot() const {
 
 void World::restore(const WorldSnapshot& snapshot) {
     if (std::ssize(snapshot.bodies) != body_count() ||
-        (!snapshot.before.empty() && snapshot.before.size() != snapshot.bodies.size()) ||
-        (!snapshot.velocities_before.empty() && snapshot.velocities_before.size() != snapshot.bodies.size()))
+        (!snapshot.inner_forces.empty() && snapshot.inner_forces.size() != snapshot.bodies.size()) ||
+        (!snapshot.before.empty() && snapshot.before.size() != snapshot.bodies.size()))
         throw std::invalid_argument(
             fmt::format("world: a snapshot of {} bodies for {}", snapshot.bodies.size(), body_count()));
     for (int b = 0; b < body_count(); ++b) {
-        const auto fits = [&](const BodyState& state) {
-            return state.x.rows() == elastic(b).node_count() && state.v.rows() == elastic(b).node_count() &&
-                   state.x.allFinite() && state.v.allFinite();
+        const auto fits = [&](const Nodes& rows) {
+            return rows.rows() == elastic(b).node_count() && rows.allFinite();
         };
-        const std::size_t body = b;
-        const BodyState before = snapshot.before.empty() ? BodyState{} : snapshot.before[body];
-        const Nodes velocities =
-            snapshot.velocities_before.empty() ? Nodes{} : snapshot.velocities_before[body];
-        const bool has_velocities_that_fit =
-            velocities.size() == 0 || (velocities.rows() == elastic(b).node_count() &&
-                                       velocities.allFinite() && snapshot.dt_before > 0);
-        if (!fits(snapshot.bodies[body]) || !has_velocities_that_fit ||
-            (before.x.size() > 0 && !(fits(before) && snapshot.dt_before > 0)))
+        const BodyState& state = snapshot.bodies[b];
+        const PastStep before = snapshot.before.empty() ? PastStep{} : snapshot.before[b];
+        const Nodes forces = snapshot.inner_forces.empty() ? Nodes{} : snapshot.inner_forces[b];
+        const bool is_known = before.v.size() > 0 || before.inner_forces.size() > 0;
+        if (!fits(state.x) || !fits(state.v) || (forces.size() > 0 && !fits(forces)) ||
+            (is_known && !(fits(before.v) && fits(before.inner_forces) && snapshot.dt_before > 0)))
             throw std::invalid_argument(fmt::format("world: the snapshot of body {} does not fit it", b));
     }
     const FrictionStretches& stretches = snapshot.stretches;
@@ -241,10 +237,9 @@ void World::restore(const WorldSnapshot& snapshot) {
 void World::reset(const WorldSnapshot& snapshot) {
     for (int b = 0; b < body_count(); ++b) {
         at(b).state = snapshot.bodies[b];
+        at(b).inner_forces = snapshot.inner_forces.empty() ? Nodes{} : snapshot.inner_forces[b];
         at(b).before.reset();
-        if (!snapshot.before.empty() && snapshot.before[b].x.size() > 0) at(b).before = snapshot.before[b];
-        at(b).velocities_before =
-            snapshot.velocities_before.empty() ? Nodes{} : snapshot.velocities_before[b];
+        if (!snapshot.before.empty() && snapshot.before[b].v.size() > 0) at(b).before = snapshot.before[b];
     }
     time_ = snapshot.time;
     dt_before_ = snapshot.dt_before;

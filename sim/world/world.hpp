@@ -25,15 +25,15 @@ struct FailureLimits {
     double stretch = 10;        // Frobenius norm of a deformation gradient
 };
 
-/// How a step advances a body in time.
+/// How steps advance bodies in time.
 enum class TimeIntegrator {
-    backward_euler,  // damps vibrations, the more the fewer steps they take
-    bdf2,            // hardly damps
+    second_order,    // hardly damps; see TwoStepWeights
+    backward_euler,  // damps vibrations, the more the fewer steps they take; a long step ends in balance
 };
 
 /// How steps are taken, and how accurately they solve their equations.
 struct StepConfig {
-    TimeIntegrator integrator = TimeIntegrator::backward_euler;
+    TimeIntegrator integrator = TimeIntegrator::second_order;
     Tangent tangent = Tangent::rotated;
     // Maximum number of linearisations; above 1 with line search, until newton_tolerance is met. 1: one, or
     // as many as contacts need.
@@ -78,6 +78,14 @@ struct WorldReport : StepReport {
     std::string failure{};  // empty, or one line: why the step failed; the world must not be stepped again
 };
 
+/// What a step has to know of the one before it.
+struct PastStep {
+    Nodes v;  // velocities at its start, [N, 3] m/s
+    // Of elasticity and its damping there, [N, 3] newtons. Rows of nodes that were held mean nothing.
+    Nodes inner_forces;
+    std::vector<int> held;  // nodes with prescribed velocities in the step
+};
+
 /// The state of a world, without its bodies, obstacles and outer forces. A world built from the same ones and
 /// restored from a snapshot continues with the same bits. Plain arrays, reals in double, so that a file can
 /// keep them exactly.
@@ -85,9 +93,11 @@ struct WorldSnapshot {
     double time = 0;                // seconds
     double dt_before = 0;           // length of the part of a step that ended here, seconds; 0: none
     std::vector<BodyState> bodies;  // positions and velocities, one per body
-    std::vector<BodyState> before;  // those of the step before, for BDF2; empty arrays or an empty list: none
-    // Velocities before the last step, which tell where they head for; empty arrays or an empty list: none.
-    std::vector<Nodes> velocities_before;
+    // Forces of elasticity and its damping on the nodes as the last step has balanced them, [N, 3] newtons,
+    // and what that step began with, of each body. Empty arrays or an empty list: not known. Whoever changes
+    // `bodies` has to clear both.
+    std::vector<Nodes> inner_forces;
+    std::vector<PastStep> before;
     FrictionStretches stretches;
 };
 
@@ -98,13 +108,13 @@ struct StartMove {
 };
 
 /// Deformable bodies and obstacles under gravity, in contact with each other and with themselves. A step is
-/// backward Euler or BDF2, with implicit contact forces (see ContactSolver) of a barrier that keeps surfaces
-/// apart (see Barrier), linearised as often as contacts need, or solved by Newton's iteration. It never ends
-/// with surfaces that intersect. A rejected step is taken back and repeated in 2, 4, 8 ... equal parts.
-/// Reasons to reject: the linear system or Newton's iteration does not converge, a body and a sphere approach
-/// each other too fast, or a failure. Bounds that can miss (see can_miss()) let features press late; where a
-/// step would end with an intersection for that, or too near for the next, it is solved anew with exact ones.
-/// The same calls give the same bits on any number of threads.
+/// of second order (see TwoStepWeights), with implicit contact forces (see ContactSolver) of a barrier that
+/// keeps surfaces apart (see Barrier), linearised as often as contacts need, or solved by Newton's iteration.
+/// It never ends with surfaces that intersect. A rejected step is taken back and repeated in 2, 4, 8 ...
+/// equal parts. Reasons to reject: the linear system or Newton's iteration does not converge, a body and a
+/// sphere approach each other too fast, or a failure. Bounds that can miss (see can_miss()) let features
+/// press late; where a step would end with an intersection for that, or too near for the next, it is solved
+/// anew with exact ones. The same calls give the same bits on any number of threads.
 class World {
  public:
     /// Throws std::invalid_argument for a number out of range.
@@ -193,11 +203,10 @@ class World {
         PairBounds bounds;
         std::unique_ptr<PosedTree> tree;  // null: no tree
         BodyState state;
-        std::optional<BodyState> before{};  // the state that the last step began from, if BDF2 may use it
-        Nodes velocities_before{};          // those before the last step; empty: none
-        StepStart start{.state = {}, .step = 0.0};  // of the step; without positions: that of `state`
-        bool keeps_state = false;                   // as `before` of the next step
-        double contact_young = 0;                   // of the layer that its surface lies in, Pa
+        std::optional<PastStep> before{};  // none: not known
+        BodyState start{};                 // (x*, v*) of the step, see TimeStep
+        Nodes inner_forces{};              // in `state`, [N, 3] newtons; empty: not known
+        double contact_young = 0;          // of the layer that its surface lies in, Pa
         Nodes forces, contact_forces;
         std::vector<Grip> grips;
         std::vector<Nodes> grip_start;  // per grip, positions at which it took its nodes
@@ -231,10 +240,6 @@ class World {
     const Body& at(int body) const { return bodies_.at(body); }
     bool has_vertex(int body, int vertex) const;
     Nodes body_part(int body, const Eigen::VectorXd& stacked) const;
-    static bool takes_bdf2(const Body& body) noexcept { return body.start.state.x.size() > 0; }
-    static const BodyState& start_of(const Body& body) noexcept {
-        return takes_bdf2(body) ? body.start.state : body.state;
-    }
     Loads loads(const Body& body) const { return {.gravity = config_.gravity, .forces = body.forces}; }
     void begin_pose(Body& body, PosedTree& tree);
     void forget_parts();
@@ -258,11 +263,13 @@ class World {
 
     // time_integration.cpp
     void choose_steps(double dt);
+    void measure_inner_forces(Body& body, double dt);
     Nodes first_iterate(const Body& body) const;
     Nodes likely_velocities(const Body& body) const;
     bool is_held(const Body& body) const;
     Momentum end_momentum(const Body& body, NodesRef x, const Momentum& contacts) const;
-    void advance(Body& body, const Nodes& v);
+    Nodes middle(const Body& body) const;
+    void advance(int index, const Nodes& w, const Eigen::VectorXd& impulses);
 
     std::vector<Nodes> nodes_after(double dt, const Eigen::VectorXd& v) const;
 
@@ -310,7 +317,9 @@ class World {
     std::unique_ptr<Barrier> barrier_;  // null: not asked for yet
     bool start_is_checked_ = false;
     double time_ = 0;
-    double dt_before_ = 0;  // length of the part that led to the current state; 0: none
+    TimeStep step_ = 0.0;      // of the part
+    bool knows_last_ = false;  // whether rates of the part before it count
+    double dt_before_ = 0;     // length of the part that led to the current state; 0: none
 };
 
 }  // namespace nbd

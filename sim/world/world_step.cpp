@@ -137,17 +137,18 @@ double World::slip_length(double dt) const noexcept {
 
 /// Moves the bodies by the solution v of the step and, if the step was solved to its tolerance, gives those
 /// that nothing holds the momentum that loads and contacts leave them and the solve has lost, as far as
-/// contacts let them have it. Returns an empty text, or why the simulation has failed; the bodies then stay
-/// where they are.
+/// contacts let them have it. Impulses of the solver are `factor` times those that act, see StepSystem.
+/// Returns an empty text, or why the simulation has failed; the bodies then stay where they are.
 std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_solved, WorldReport& report) {
     int inverted = 0;
     std::vector<double> energies;
     const std::vector<Nodes> ends = nodes_after(part.dt, v);
-    // Where the contacts were found: there, their two points lie opposite each other.
-    BodyPositions starts{.x = nodes_now(), .centres = {}};
+    const auto [dt, factor] = step_;
+    BodyPositions middles;
     for (int b = 0; b < body_count(); ++b) {
         const Body& body = at(b);
-        starts.centres.push_back(centre_of_mass(*body.elastic, body.state.x));
+        middles.x.push_back(middle(body));
+        middles.centres.push_back(centre_of_mass(*body.elastic, middles.x.back()));
         const ElementReport elements = body.elastic->measure(ends[b]);
         inverted += elements.inverted;
         std::string failure = pose_failure(b, elements, body.elastic->element_count(), config_.limits);
@@ -155,22 +156,21 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
         energies.push_back(elements.energy);
     }
     Eigen::VectorXd impulses = solver_.impulses(v);
-    const std::vector<Momentum> of_contacts = solver_.momenta(v, starts);
+    const std::vector<Momentum> of_contacts = solver_.momenta(v, middles);
     std::vector<RigidVector> missing;  // impulses
     std::vector<std::optional<RigidMatrix>> inertia;
     for (int b = 0; b < body_count(); ++b) {
         Body& body = at(b);
         const std::size_t index = b;
         Momentum momentum = end_momentum(body, ends[index], of_contacts[index]);
-        advance(body, body_part(b, v));
+        advance(b, body_part(b, v), impulses);
         const Momentum solved = momentum_of(*body.elastic, body.state);
         // Damping by mass takes its share of an impulse, too.
-        const auto [dt, factor] = body.start.step;
-        const double lasting = factor + dt * body.elastic->material().rayleigh_mass;
+        const double lasting = factor * (1 + dt * body.elastic->material().rayleigh_mass);
         missing.emplace_back() << momentum.linear - solved.linear, momentum.angular - solved.angular;
         missing.back() *= lasting;
         inertia.emplace_back();
-        if (!is_held(body)) inertia.back() = lasting * rigid_inertia(*body.elastic, body.state.x);
+        if (!is_held(body)) inertia.back() = factor * lasting * rigid_inertia(*body.elastic, body.state.x);
     }
     if (is_solved) {
         // Where a step is long for contacts, momentum that is given without them would grow from step to
@@ -179,10 +179,14 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
         for (const Body& body : bodies_) now.centres.push_back(centre_of_mass(*body.elastic, body.state.x));
         const ContactSolver::RigidResponse response = solver_.response(v, missing, inertia, now);
         impulses += response.impulses;
-        for (int b = 0; b < body_count(); ++b) add_motion(*at(b).elastic, response.motions[b], at(b).state);
+        for (int b = 0; b < body_count(); ++b)
+            add_motion(*at(b).elastic, factor * response.motions[b], at(b).state);
+    } else {
+        // What did not balance the motion is no force of the body.
+        for (Body& body : bodies_) body.inner_forces.resize(0, 3);
     }
     for (int b = 0; b < body_count(); ++b)
-        at(b).contact_forces += part.share / part.dt * body_part(b, impulses);
+        at(b).contact_forces += part.share / (factor * dt) * body_part(b, impulses);
     for (int b = 0; b < body_count(); ++b) at(b).energy = energies[b];
     report.inverted_elements = inverted;
     return {};

@@ -3,7 +3,7 @@
 
     load.py NBDTREE [--only steps pile dataset recording] [--scale 1] [--folder DIR] [--csv load.csv]
 
-  steps      200,000 steps of two boxes of 27 nodes: one turns on the other, which lies on a plane. Backward Euler,
+  steps      200,000 steps of two boxes of 27 nodes: one turns on the other, which lies on a plane. Steps of
              dt 0.005 s, in 100 frames, without and with --live. Memory grows by 2 MB at most after a tenth of the run;
              all positions are finite, and the boxes are where they were.
   pile       1,000 boxes of 27 nodes fall into a pile between four walls, 40 frames of two steps. Memory is 1 MB a box

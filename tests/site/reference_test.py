@@ -44,7 +44,7 @@ class ReferenceTest(unittest.TestCase):
         scene = SchemaPage(json.loads(SCHEMAS[0].read_text()), "T", "").text
         self.assertIn("| `dt` | length of a step | number | s | `0.005` | 1e-07 to 1 |", scene)
         self.assertIn("| `bodies` | the deformable bodies, at least one | list of [body](#body) |  | required |  |", scene)
-        self.assertIn("| text |  | `\"backward_euler\"` | `\"backward_euler\"`, `\"bdf2\"` |", scene)
+        self.assertIn("| text |  | `\"second_order\"` | `\"second_order\"`, `\"backward_euler\"` |", scene)
         recipe = SchemaPage(json.loads(SCHEMAS[1].read_text()), "T", "").text
         self.assertIn("| `radius` | radius of the patch of nodes that it acts on | range | diagonals | 0.12 to 0.25 | > 0 |", recipe)
 

@@ -102,7 +102,7 @@ constexpr double slope = 20 * std::numbers::pi / 180;
 World world_on_slope(const PhysicsCase& c, double friction) {
     WorldConfig config = config_of();
     config.gravity = standard_gravity * Eigen::Vector3d(std::sin(slope), 0, -std::cos(slope));
-    return world_of(c, config, {Solid(cube(c), plain_material(c)).at({0, 0, 0.501 * c.size})},
+    return world_of(c, config, {Solid(cube(c), plain_material(c)).at({0, 0, 0.502 * c.size})},
                     {floor_plane(friction)});
 }
 

@@ -31,7 +31,7 @@ class Loaded {
         WorldConfig config{.gravity = gravity};
         config.limits.stretch = std::numeric_limits<double>::infinity();
         config.linear = {.solver = LinearSolver::direct, .tolerance = 1e-9};
-        config.step.max_substeps = 1;
+        config.step = {.integrator = TimeIntegrator::backward_euler, .max_substeps = 1};
         World world(config);
         WorldBody body = alone(elastic_);
         if (!by) body.grips = {{.nodes = held_}};

@@ -366,7 +366,7 @@ TEST(BuildWorld, FrictionHoldsABlockOnASlopeFor20Seconds) {
     Eigen::RowVector3d settled;
     for (int step = 1; step <= 2000; ++step) {
         ASSERT_EQ(world.step(0.01).failure, "");
-        if (step == 500) settled = world.state(0).x.colwise().mean();
+        if (step == 1500) settled = world.state(0).x.colwise().mean();
     }
     EXPECT_LT((world.state(0).x.colwise().mean() - settled).norm(), 1e-6);
 }

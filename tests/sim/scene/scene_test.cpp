@@ -48,7 +48,7 @@ const std::string full = R"({
                 {"mesh": {"file": "rock.obj", "transform": {"scale": 2}}}],
   "gravity": [0, -9.81, 0],
   "contact": {"stiffness_scale": 2, "friction": 0.1, "thickness": 0.005},
-  "solver": {"integrator": "bdf2", "tangent": "full", "newton_iterations": 3, "newton_tolerance": 0.01, "max_substeps": 4},
+  "solver": {"integrator": "backward_euler", "tangent": "full", "newton_iterations": 3, "newton_tolerance": 0.01, "max_substeps": 4},
   "time": {"dt": 0.01, "frames": 7, "steps_per_frame": 3},
   "output": {"recording": "out/a.h5", "csv": "a.csv", "vtu": "frames", "obj": "frames", "picture": "a.png"},
   "seed": 42
@@ -79,7 +79,7 @@ TEST(Scene, ReadsEveryKey) {
     EXPECT_EQ(a.regions[1].group, "");
     EXPECT_EQ(a.regions[1].material.law, MaterialLaw::st_venant_kirchhoff);
     EXPECT_EQ(std::get<Eigen::AlignedBox3d>(a.regions[2].where).max(), Eigen::Vector3d(1, 1, 1));
-    EXPECT_EQ(spec.step.integrator, TimeIntegrator::bdf2);
+    EXPECT_EQ(spec.step.integrator, TimeIntegrator::backward_euler);
     EXPECT_EQ(spec.step.tangent, Tangent::full);
     ASSERT_EQ(a.grips.size(), 4u);  // pins first
     EXPECT_DOUBLE_EQ(std::get<BallShape>(a.grips[0].region).radius, 0.1);

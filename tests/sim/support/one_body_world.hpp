@@ -12,14 +12,16 @@
 
 namespace nbd::test {
 
-/// Steps without gravity that are never cut and whose linear systems are factorised, so that their solution
-/// is exact to rounding.
+/// Steps of backward Euler without gravity that are never cut and whose linear systems are factorised, so
+/// that their solution is exact to rounding.
 inline WorldConfig exact_steps(int newton_iterations = 1, double newton_tolerance = 1e-10) {
     WorldConfig config{.gravity = Eigen::Vector3d::Zero()};
     config.limits.stretch = std::numeric_limits<double>::infinity();
     config.linear = {.solver = LinearSolver::direct, .tolerance = 1e-11};
-    config.step = {
-        .newton_iterations = newton_iterations, .newton_tolerance = newton_tolerance, .max_substeps = 1};
+    config.step = {.integrator = TimeIntegrator::backward_euler,
+                   .newton_iterations = newton_iterations,
+                   .newton_tolerance = newton_tolerance,
+                   .max_substeps = 1};
     return config;
 }
 

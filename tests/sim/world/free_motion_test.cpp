@@ -48,7 +48,7 @@ struct BesideAGiant {
 /// Size, step, Young's modulus, distance from the origin.
 class FreeFall : public ::testing::TestWithParam<std::tuple<double, double, double, double>> {};
 
-TEST_P(FreeFall, IsThatOfBackwardEuler) {
+TEST_P(FreeFall, IsThatOfTheSteps) {
     const auto [size, dt, young, far] = GetParam();
     BesideAGiant scene(size, young, {}, {far, -far, far});
     World& world = scene.world;
@@ -61,7 +61,7 @@ TEST_P(FreeFall, IsThatOfBackwardEuler) {
         ASSERT_EQ(report.failure + report.rejection + (far == 0 ? report.fallback : ""), "");
         iterations += report.solver_iterations;
     }
-    const Eigen::Vector3d fall(0, 0, -g * dt * dt * steps * (steps + 1) / 2);
+    const Eigen::Vector3d fall(0, 0, -g * dt * dt * (steps * steps / 2. + 1. / 18));
     // Coordinates of 1000 km are multiples of 1e-10 m.
     EXPECT_LT((centre_of_mass(world, 0) - start - fall).norm(), 1e-6 * fall.norm() + 6e-16 * steps * far);
     if (far == 0) {
@@ -85,6 +85,7 @@ TEST(FreeMotion, APinnedBlockSagsAsInStaticsBesideAGiant) {
         double sags[2];
         for (const bool alone : {true, false}) {
             WorldConfig config;
+            config.step.integrator = TimeIntegrator::backward_euler;
             config.linear.solver = alone ? LinearSolver::direct : LinearSolver::iterative;
             BesideAGiant scene(size, young, config, {0, 0, 0}, {top}, 0.06 * std::sqrt(size));
             const double dt = alone ? 1e3 : 0.02;  // a long step ends in balance
@@ -112,7 +113,8 @@ TEST_P(SpinOfEveryLaw, AFreeBodyKeepsItsAngularMomentumWhateverTheDamping) {
     for (const double damping : {0.0, 1e-3, 0.1}) {
         const Model bar({0.6, 0.2, 0.1}, {4, 2, 1}, of_this_law(1e6, damping));
         for (const Tangent tangent : {Tangent::rotated, Tangent::full})
-            for (const TimeIntegrator integrator : {TimeIntegrator::backward_euler, TimeIntegrator::bdf2})
+            for (const TimeIntegrator integrator :
+                 {TimeIntegrator::backward_euler, TimeIntegrator::second_order})
                 for (const double angle : {0.01, 0.1}) {  // a step
                     WorldConfig config{.gravity = {0, 0, -9.81}};
                     config.step.tangent = tangent;

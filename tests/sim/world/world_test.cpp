@@ -139,7 +139,7 @@ TEST(World, ContinuesFromASnapshotWithTheSameBits) {
     EXPECT_EQ(resumed->snapshot().stretches.contacts, world->snapshot().stretches.contacts);
 
     WorldSnapshot wrong = snapshot;
-    wrong.velocities_before[1].conservativeResize(5, 3);
+    wrong.before[1].v.conservativeResize(5, 3);
     EXPECT_EQ(test::refusal([&] { resumed->restore(wrong); }),
               "world: the snapshot of body 1 does not fit it");
     snapshot.bodies.pop_back();
@@ -149,7 +149,8 @@ TEST(World, ContinuesFromASnapshotWithTheSameBits) {
 TEST(World, TheSolverStartsWhereVelocitiesHeadFor) {
     const Model box({0.6, 0.4, 0.3}, {6, 4, 3}, {.young = 2e4});
     const auto build = [&] {
-        auto world = std::make_unique<World>(WorldConfig{});
+        auto world =
+            std::make_unique<World>(WorldConfig{.step = {.integrator = TimeIntegrator::backward_euler}});
         WorldBody body = box.at({0, 0, 0});
         const Nodes& X = box.elastic->rest().X;
         body.grips.push_back(
@@ -161,7 +162,7 @@ TEST(World, TheSolverStartsWhereVelocitiesHeadFor) {
     int known = 0, forgotten = 0;
     for (int i = 0; i < 40; ++i) {
         WorldSnapshot snapshot = world->snapshot();
-        snapshot.velocities_before.clear();
+        snapshot.before.clear();
         forgetful->restore(snapshot);
         known += world->step(2e-3).solver_iterations;
         forgotten += forgetful->step(2e-3).solver_iterations;
@@ -172,7 +173,7 @@ TEST(World, TheSolverStartsWhereVelocitiesHeadFor) {
 }
 
 TEST(World, ContactForcesBalanceTheWeightAndCancelBetweenBodies) {
-    const Model box({0.6, 0.4, 0.3}, {3, 2, 2});
+    const Model box({0.6, 0.4, 0.3}, {3, 2, 2}, {.rayleigh_mass = 5});
     World world(WorldConfig{});
     world.add_obstacle(floor_at(0));
     world.add_body(box.at({0, 0, 0.153}));

@@ -1,4 +1,4 @@
-// Steps of BDF2 against what is known of the rule, and where the world leaves it.
+// Steps of second order against what is known of the rule.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -51,13 +51,13 @@ class RingingBar : public ::testing::Test {
 TEST_F(RingingBar, KeepsItsEnergyWhereBackwardEulerLosesIt) {
     const BodyState start = stretched(0.05);
     double kept[2];
-    for (const TimeIntegrator integrator : {TimeIntegrator::backward_euler, TimeIntegrator::bdf2}) {
+    for (const TimeIntegrator integrator : {TimeIntegrator::backward_euler, TimeIntegrator::second_order}) {
         OneBodyWorld world(body_, exact(integrator), start);
         world.steps(200, period_ / 100);  // two periods
-        kept[integrator == TimeIntegrator::bdf2] = energy(world.state()) / energy(start);
+        kept[integrator == TimeIntegrator::second_order] = energy(world.state()) / energy(start);
     }
     EXPECT_LT(kept[0], 0.6);
-    EXPECT_GT(kept[1], 0.97);
+    EXPECT_GT(kept[1], 0.995);
     EXPECT_LE(kept[1], 1);
 }
 
@@ -70,25 +70,26 @@ TEST_F(RingingBar, ConvergesToSecondOrder) {
             for (const double share : {first, 1 - first}) world.step(share * 0.3 * period_ / pairs);
         return world.state().x;
     };
-    const Nodes truth = end_of(TimeIntegrator::bdf2, 640, 0.5);
+    const Nodes truth = end_of(TimeIntegrator::second_order, 640, 0.5);
     for (const auto& [integrator, first, factor, slack] :
          {std::tuple(TimeIntegrator::backward_euler, 0.5, 2., 0.3),
-          std::tuple(TimeIntegrator::bdf2, 0.5, 4., 0.8), std::tuple(TimeIntegrator::bdf2, 0.4, 4., 0.8)}) {
+          std::tuple(TimeIntegrator::second_order, 0.5, 4., 0.8),
+          std::tuple(TimeIntegrator::second_order, 0.4, 4., 0.8)}) {
         const double coarse = (end_of(integrator, 20, first) - truth).norm(),
                      fine = (end_of(integrator, 40, first) - truth).norm();
         EXPECT_NEAR(coarse / fine, factor, slack) << first;
     }
 }
 
-// Far longer steps than the last one would not be stable.
+// What was before a far shorter step counts no more.
 TEST_F(RingingBar, StepsThatGrowTooMuchStartAnew) {
     const BodyState start = stretched(0.05);
-    OneBodyWorld two(body_, exact(TimeIntegrator::bdf2), start);
-    two.step(1e-4);
-    OneBodyWorld euler(body_, exact(TimeIntegrator::backward_euler), two.state());
-    two.step(1e-3);
-    euler.step(1e-3);
-    EXPECT_EQ(two.state().x, euler.state().x);
+    OneBodyWorld world(body_, exact(TimeIntegrator::second_order), start);
+    world.step(1e-4);
+    OneBodyWorld anew(body_, exact(TimeIntegrator::second_order), world.state());
+    world.step(1e-3);
+    anew.step(1e-3);
+    EXPECT_LT((world.state().x - anew.state().x).norm(), 1e-6 * (world.state().x - start.x).norm());
 }
 
 TEST_F(RingingBar, KeepsLinearAndAngularMomentum) {
@@ -96,7 +97,7 @@ TEST_F(RingingBar, KeepsLinearAndAngularMomentum) {
     for (Eigen::Index i = 0; i < start.v.rows(); ++i)
         start.v.row(i) = Eigen::Vector3d(1, 2, -1) +
                          Eigen::Vector3d(2, -3, 4).cross(Eigen::Vector3d(body_.rest().X.row(i)));
-    for (const TimeIntegrator integrator : {TimeIntegrator::backward_euler, TimeIntegrator::bdf2}) {
+    for (const TimeIntegrator integrator : {TimeIntegrator::backward_euler, TimeIntegrator::second_order}) {
         OneBodyWorld world(body_, exact(integrator), start);
         world.steps(100, 0.004);
         const Eigen::Vector3d p = test::linear_momentum(body_, start.v),
@@ -111,7 +112,7 @@ TEST_F(RingingBar, GripsMoveAsTold) {
     const Grip end{.nodes = test::nodes_where(body_.rest().X, [](const auto& p) { return p[0] == 0; }),
                    .translation = {0, 0.1, 0},
                    .duration = 0.05};
-    OneBodyWorld world(body_, exact(TimeIntegrator::bdf2), {}, {end});
+    OneBodyWorld world(body_, exact(TimeIntegrator::second_order), {}, {end});
     world.steps(10, 0.01);
     for (const int node : end.nodes)
         EXPECT_LT(
@@ -128,39 +129,32 @@ World falling(TimeIntegrator integrator) {
     return world;
 }
 
-/// One step of two lengths, written out: M (v1 - v*) c = dt (f(x1) - alpha M v1 - beta D v1).
-TEST(Bdf2, SolvesItsEquations) {
+/// Steps of two lengths, written out: v1 - v0 = dt (5/9 a1 + now a0 + before a(-1)), likewise x1 - x0, where
+/// the forces are those of elasticity and damping.
+TEST(SecondOrder, SolvesItsEquations) {
     Material damped = undamped;
-    damped.rayleigh_mass = 3;
     damped.rayleigh_stiffness = 0.01;
     const ElasticBody body(test::box_mesh({1, 0.3, 0.3}, {4, 2, 2}), damped);
-    BodyState before{body.rest().X, test::wild_field(body.rest().X, 1)};
-    OneBodyWorld world(body, exact(TimeIntegrator::bdf2), before);
-    world.step(2e-3);
-    const BodyState now = world.state();
-    world.step(3e-3);
-    const BodyState end = world.state();
-    // Derivatives at the end of the parabola through three times, -2, 0 and 3 ms.
-    const auto derivative = [](const Nodes& a, const Nodes& b, const Nodes& c) -> Nodes {
-        return (3. / 10 * a - 5. / 6 * b * 1 + 8. / 15 * c) / 1e-3;
+    std::vector<BodyState> states{{body.rest().X, test::wild_field(body.rest().X, 1)}};
+    OneBodyWorld world(body, exact(TimeIntegrator::second_order), states[0]);
+    for (const double dt : {2e-3, 3e-3}) {
+        world.step(dt);
+        states.push_back(world.state());
+    }
+    const TwoStepWeights weights(1.5);
+    const auto gain = [&](const auto& rate) -> Nodes {
+        return 3e-3 *
+               (5. / 9 * rate(states[2]) + weights.now * rate(states[1]) + weights.before * rate(states[0]));
     };
-    const Nodes v = derivative(before.x, now.x, end.x);
-    // The world turns them to keep the angular momentum.
-    EXPECT_LT((v - end.v).norm(), 1e-3 * end.v.norm());
-    ElementPose pose;
-    ElementForces forces;
-    body.pose(end.x, pose, forces);
-    Nodes force(end.x.rows(), 3), damping(end.x.rows(), 3);
-    body.sum_forces(forces, force);
-    const StepMotion motion{.w = v, .dt = 3e-3, .damping = 1};
-    body.pose(end.x, pose, forces, Tangent::rotated, &motion);
-    body.damping_product(pose, v, forces, damping);
-    const Nodes inertia =
-        body.node_masses().asDiagonal() * (derivative(before.v, now.v, v) + damped.rayleigh_mass * v);
-    EXPECT_LT((inertia - force + damped.rayleigh_stiffness * damping).norm(), 1e-7 * force.norm());
+    const Nodes way = states[2].x - states[1].x, change = states[2].v - states[1].v;
+    // The world turns velocities to keep the angular momentum.
+    EXPECT_LT((way - gain([](const BodyState& s) { return s.v; })).norm(), 1e-3 * way.norm());
+    const Nodes impulse = body.node_masses().asDiagonal() * change,
+                expected = gain([&](const BodyState&s) { return body.inner_forces(s.x, s.v); });
+    EXPECT_LT((impulse - expected).norm(), 1e-3 * impulse.norm());
 }
 
-TEST(Bdf2, ThePotentialsGradientIsItsDerivative) {
+TEST(SecondOrder, ThePotentialsGradientIsItsDerivative) {
     Material damped = undamped;
     damped.rayleigh_mass = 3;
     damped.rayleigh_stiffness = 0.01;
@@ -179,32 +173,18 @@ TEST(Bdf2, ThePotentialsGradientIsItsDerivative) {
     EXPECT_NEAR(potential.gradient(v).cwiseProduct(along).sum(), slope, 1e-6 * std::abs(slope));
 }
 
-TEST(Bdf2, AGripThatJumpsLeavesNoVelocityBehind) {
+TEST(SecondOrder, AGripThatJumpsLeavesNoVelocityBehind) {
     const ElasticBody body(test::box_mesh({1, 0.3, 0.3}, {4, 2, 2}), undamped);
     const Grip end{.nodes = test::nodes_where(body.rest().X, [](const auto& p) { return p[0] == 0; }),
                    .translation = {0, 0.01, 0},
                    .start = 0.001};
-    OneBodyWorld world(body, exact(TimeIntegrator::bdf2), {}, {end});
+    OneBodyWorld world(body, exact(TimeIntegrator::second_order), {}, {end});
     world.steps(5, 0.002);
     for (const int node : end.nodes) EXPECT_LT(world.state().v.row(node).norm(), 1e-9);
 }
 
-TEST(Bdf2, ABackwardEulerWorldLeavesASnapshotsHistory) {
-    World two = falling(TimeIntegrator::bdf2), one = falling(TimeIntegrator::backward_euler),
-          none = falling(TimeIntegrator::backward_euler);
-    for (int s = 0; s < 5; ++s) two.step(2e-3);
-    WorldSnapshot snapshot = two.snapshot();
-    ASSERT_GT(snapshot.before.at(0).x.rows(), 0);
-    one.restore(snapshot);
-    snapshot.before.clear();
-    none.restore(snapshot);
-    one.step(2e-3);
-    none.step(2e-3);
-    EXPECT_EQ(one.state(0).x, none.state(0).x);
-}
-
-TEST(Bdf2, AnImpactGainsNoEnergy) {
-    World world = falling(TimeIntegrator::bdf2);
+TEST(SecondOrder, AnImpactGainsNoEnergy) {
+    World world = falling(TimeIntegrator::second_order);
     double first = 0;
     for (int s = 0; s < 200; ++s) {
         const WorldReport report = world.step(2e-3);
@@ -216,8 +196,8 @@ TEST(Bdf2, AnImpactGainsNoEnergy) {
     EXPECT_GT(world.state(0).x.col(2).minCoeff(), -0.01);
 }
 
-TEST(Bdf2, ASnapshotContinuesWithTheSameBits) {
-    World world = falling(TimeIntegrator::bdf2), other = falling(TimeIntegrator::bdf2);
+TEST(SecondOrder, ASnapshotContinuesWithTheSameBits) {
+    World world = falling(TimeIntegrator::second_order), other = falling(TimeIntegrator::second_order);
     for (int s = 0; s < 20; ++s) world.step(2e-3);
     other.restore(world.snapshot());
     for (int s = 0; s < 150; ++s) {
