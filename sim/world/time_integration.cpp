@@ -58,14 +58,14 @@ void World::measure_inner_forces(Body& body, double dt) {
         body.inner_forces = measured();
         return;
     }
-    std::vector<int> let_go = body.before->held;
     const std::vector<int> held = prescribed(body, dt).nodes;
-    std::erase_if(let_go, [&](int node) { return std::ranges::find(held, node) != held.end(); });
-    if (let_go.empty()) return;
+    if (held == body.before->held) return;
+    std::vector<char> is_held(body.state.x.rows(), 0);
+    for (const int node : held) is_held[node] = 1;
     const Nodes forces = measured();
-    for (const int node : let_go)
+    for (const int node : body.before->held)
         for (Nodes* known : {&body.inner_forces, &body.before->inner_forces})
-            known->row(node) = forces.row(node);
+            if (!is_held[node]) known->row(node) = forces.row(node);
 }
 
 /// The unknown of the step if the body goes on as before.
