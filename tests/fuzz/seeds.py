@@ -21,7 +21,7 @@ def interrupt(program, folder, kept, state, *arguments):
     return folder / kept
 
 
-JOURNAL = b"nbdtree journal 8\n"
+JOURNAL = b"nbdtree journal 9\n"
 
 
 def records(journal):
