@@ -2,9 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <tuple>
+#include <vector>
 
 #include "sim/fem/momentum.hpp"
 #include "sim/fem/step_system.hpp"
@@ -90,6 +92,23 @@ TEST_F(RingingBar, StepsThatGrowTooMuchStartAnew) {
     world.step(1e-3);
     anew.step(1e-3);
     EXPECT_LT((world.state().x - anew.state().x).norm(), 1e-6 * (world.state().x - start.x).norm());
+}
+
+TEST_F(RingingBar, GainsNoEnergyWhateverTheStepsAre) {
+    const BodyState start = stretched(0.05);
+    for (const std::vector<double>& pattern : {std::vector{1., 2.}, std::vector{1., 0.5, 0.25, 0.5},
+                                               std::vector{1., 2., 4., 8.}, std::vector{1., 1.5, 0.3}})
+        for (const double longest : {0.01, 0.1, 1.0}) {  // of a period
+            WorldConfig config = exact(TimeIntegrator::second_order);
+            config.step.newton_tolerance = 1e-4;
+            OneBodyWorld world(body_, config, start);
+            const double whole = energy(start);
+            for (std::size_t s = 0; s < 60; ++s) {
+                world.step(longest * period_ * pattern[s % pattern.size()] / std::ranges::max(pattern));
+                ASSERT_LT(energy(world.state()), (1 + 1e-3) * whole)
+                    << longest << ' ' << pattern.size() << ' ' << s;
+            }
+        }
 }
 
 TEST_F(RingingBar, KeepsLinearAndAngularMomentum) {
