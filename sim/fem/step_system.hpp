@@ -98,8 +98,8 @@ class StepSystem {
 
 /// One step of a body (see TimeStep) as a minimisation over its unknown v, [N, 3]. The gradient of
 ///
-///   P(v) = 1/2 |c v - v*|^2_M + E(x* + dt v) - dt v.(M g + f_outer) + c dt/2 (c alpha |v|^2_M + beta
-///   |v|^2_D)
+///   P(v) = 1/2 |c v - v*|^2_M + E(x* + dt v) - dt v.(M g + f_outer)
+///          + c dt/2 (c alpha |v|^2_M + beta |v|^2_D)
 ///
 /// is the impulse balance that the step solves. Joules, up to a constant. Contact forces are not included.
 class StepPotential {

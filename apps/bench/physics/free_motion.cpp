@@ -85,12 +85,11 @@ PhysicsOutcome slow_down(const PhysicsCase& c) {
                             3 / std::pow(1 + c.parameter * c.dt, steps));
 }
 
-/// A bar that hangs by its upper edge swings by ten degrees: energy after ten periods of 100 steps,
-/// by that at the start.
+/// A bar that hangs by its upper edge swings by ten degrees: energy after ten periods of 100 steps, by
+/// that at the start.
 PhysicsOutcome pendulum(const PhysicsCase& c) {
     constexpr int periods = 10, steps = 100;
     constexpr double angle = 10 * std::numbers::pi / 180;
-    WorldConfig config = config_of();
     const Solid solid(brick(c.size * Eigen::Vector3d(0.1, 0.1, 1), {2, 1, 10}), undamped_material(c));
     const ElasticBody& elastic = *solid.elastic;
     const Eigen::Vector3d hinge(0, 0, c.size / 2);
@@ -106,7 +105,7 @@ PhysicsOutcome pendulum(const PhysicsCase& c) {
     const Nodes r = solid.body.tets.X.rowwise() - hinge.transpose();
     const double inertia = (r.col(0).cwiseAbs2() + r.col(2).cwiseAbs2()).dot(elastic.node_masses()),
                  moment = -standard_gravity * r.col(2).dot(elastic.node_masses());
-    World world = world_of(c, config, {body});
+    World world = world_of(c, config_of(), {body});
     const double lowest = standard_gravity * solid.body.tets.X.col(2).dot(elastic.node_masses()),
                  start = energy(world, 0, standard_gravity) - lowest,
                  dt = 2 * std::numbers::pi * std::sqrt(inertia / moment) / steps;

@@ -94,14 +94,13 @@ PhysicsOutcome ringing_energy(const PhysicsCase& c) {
     const Material material = undamped_material(c, 0);
     const auto elastic =
         std::make_shared<const ElasticBody>(brick(c.size * Vector3d(1, 0.2, 0.2), {10, 2, 2}), material);
-    WorldConfig config{.gravity = Vector3d::Zero()};
     WorldBody body = alone(elastic);
     const Nodes& X = elastic->rest().X;
     body.state = {X, Nodes::Zero(X.rows(), 3)};
     for (Eigen::Index i = 0; i < X.rows(); ++i)
         body.state.x(i, 0) +=
             strain * c.size / std::numbers::pi * std::sin(std::numbers::pi * X(i, 0) / c.size);
-    World world = world_of(c, config, {body});
+    World world = world_of(c, weightless(), {body});
     const double start = energy(world, 0, 0);
     double fastest = 0;
     for (int s = 0; s < periods * steps; ++s) {
