@@ -28,7 +28,7 @@ TreeFile load_tree_of(const std::filesystem::path& body, const std::string& hash
 void check_same_tets(const std::filesystem::path& path, const TetMesh& tets,
                      const std::filesystem::path& other_path, const TetMesh& other) {
     if (tets.X.rows() != other.X.rows() || tets.T.rows() != other.T.rows() || tets.X != other.X ||
-        tets.T != other.T)
+        tets.T != other.T || tets.E.rows() != other.E.rows() || tets.E != other.E)
         throw std::runtime_error(
             fmt::format("{}: its tetrahedra are not those of {}", path.string(), other_path.string()));
 }
@@ -49,8 +49,9 @@ std::vector<std::filesystem::path> scene_inputs(const SceneSpec& spec) {
 std::shared_ptr<const Body> SceneFiles::body(const SceneBody& spec, const Output& out) {
     const SceneMeshing& m = spec.meshing;
     const std::string key =
-        fmt::format("{}|{}|{}|{}|{}|{}|{}|{}", spec.file.string(), static_cast<int>(spec.source),
-                    m.tets.nodes, m.tets.grading, m.scale, m.weld, m.levels, static_cast<int>(m.scheme));
+        fmt::format("{}|{}|{}|{}|{}|{}|{}|{}|{}|{}", spec.file.string(), static_cast<int>(spec.source),
+                    m.tets.nodes, m.tets.grading, m.edge, m.scale, m.weld, m.levels,
+                    static_cast<int>(m.scheme), m.elements ? static_cast<int>(*m.elements) : -1);
     const auto known = bodies_.find(key);
     if (known != bodies_.end()) return known->second;
     const MeshFileConfig config{m};

@@ -4,11 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <fstream>
 #include <limits>
 #include <stdexcept>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "collision/geometry/far_origin.hpp"
@@ -16,10 +18,12 @@
 #include "meshing/cage/clean_soup.hpp"
 #include "meshing/formats/read_surface.hpp"
 #include "meshing/formats/read_tets.hpp"
+#include "meshing/remesh/remesh.hpp"
 #include "meshing/surface/check_surface.hpp"
 #include "meshing/surface/solid_boundary.hpp"
 #include "meshing/surface/weld.hpp"
 #include "meshing/tets/order_by_place.hpp"
+#include "sim/fem/bending_error.hpp"
 
 namespace nbd {
 namespace {
@@ -144,6 +148,79 @@ TetrahedralizeResult filling_of(const TriMesh& surface, const TetrahedralizeConf
     }
 }
 
+/// The boundary of tetrahedra whose edges are about as long as told.
+TriMesh remeshed(const std::filesystem::path& path, const TriMesh& surface, double edge, const Output& out) {
+    constexpr double bytes_per_face = 6000;  // measured at the peak, of what follows, too
+    const double faces = remeshed_faces(surface, edge);
+    check_memory(fmt::format("{}: about {:.2g} triangles with edges of {:.3g} m", path.string(), faces, edge),
+                 bytes_per_face * faces, "; longer edges need less", out);
+    out.work("covering the surface anew");
+    SolidBoundary coarse;
+    try {
+        coarse = make_solid_boundary(remesh(surface, edge));
+    } catch (const std::invalid_argument& error) {
+        throw std::invalid_argument(fmt::format(
+            "with edges of {:.3g} m: {}; choose a shorter edge, or --cage N", edge, error.what()));
+    }
+    out.text(fmt::format("covered by {} triangles with edges of about {:.3g} m", coarse.mesh.F.rows(), edge));
+    return coarse.mesh;
+}
+
+/// Fills a closed surface, or what `edge` makes of it.
+MeshedFile body_within(const std::filesystem::path& path, const TriMesh& surface,
+                       const MeshFileConfig& config, const Output& out) {
+    const TriMesh coarse = config.edge > 0 ? remeshed(path, surface, config.edge, out) : surface;
+    out.work("filling with tetrahedra");
+    TetrahedralizeResult filled = filling_of(coarse, config.tets);
+    out.text(fmt::format("gmsh: grading {:.4g} after {} run(s)", filled.grading, filled.runs));
+    if (filled.optimization.poor_before > 0) out.text(describe(filled.optimization));
+    out.work("making the body");
+    filled.tets = as_elements(std::move(filled.tets), config.elements);
+    order_by_place(filled.tets);
+    try {
+        return {make_body(path.stem().string(), surface, std::move(filled.tets), config.material,
+                          config.levels, config.scheme),
+                filled.optimization,
+                {}};
+    } catch (const std::invalid_argument& error) {
+        if (config.edge == 0) throw;
+        throw std::invalid_argument(
+            fmt::format("with edges of {:.3g} m: {}; choose a shorter edge", config.edge, error.what()));
+    }
+}
+
+/// Shortens the edges of quadratic tetrahedra until they bend as rightly as is asked for.
+MeshedFile searched(const std::filesystem::path& path, const TriMesh& surface, MeshFileConfig config,
+                    const Output& out) {
+    constexpr int rounds = 12, most_tets = 5000;
+    config.elements = Elements::quadratic;
+    // The thickness of a beam, twice that of a plate.
+    config.edge = 4 * enclosed_volume(surface) / area(surface.X, surface.F);
+    std::string last = "none was tried";
+    for (int round = 0; round < rounds; ++round) {
+        try {
+            MeshedFile result = body_within(path, surface, config, out);
+            Body& body = result.body;
+            out.work("estimating how rightly it bends");
+            body.bending_error = bending_error(body, 8 * most_tets);
+            if (!body.bending_error) {
+                last += fmt::format("; edges of {:.3g} m give {} tetrahedra, allowed: {}", config.edge,
+                                    body.tets.T.rows(), most_tets);
+                break;
+            }
+            if (*body.bending_error <= config.error) return result;
+            last = fmt::format("edges of {:.3g} m leave {:.2g}", config.edge, *body.bending_error);
+            config.edge *= std::clamp(0.9 * std::sqrt(config.error / *body.bending_error), 0.5, 0.9);
+        } catch (const std::invalid_argument& error) {
+            last = error.what();
+            config.edge *= 0.75;
+        }
+    }
+    throw std::invalid_argument(
+        fmt::format("no tetrahedra bend to an error of {:.2g}: {}; choose a larger error, or --edge",
+                    config.error, last));
+}
+
 /// What scaling and welding made of a surface, for the message about what is wrong with it: the size if that
 /// is out of all proportion, and the faces that welding dropped. scaled, faces: before welding.
 std::string changes_of(const Nodes& scaled, double scale, const WeldReport& weld, Eigen::Index faces) {
@@ -198,6 +275,7 @@ Body body_of_tets(const std::filesystem::path& path, const MeshFileConfig& confi
         out.text(fmt::format("region \"{}\": {} tetrahedra", group.name, group.tets.size()));
     try {
         if (!of_body) regions = regions_of(groups, config);
+        tets = as_elements(std::move(tets), config.elements);
         Body body = make_body(path.stem().string(), std::move(tets), material, config.levels, config.scheme);
         body.regions = std::move(regions);
         body.origin += origin;
@@ -223,8 +301,8 @@ MeshedFile body_of_surface(const std::filesystem::path& path, const MeshFileConf
         }
         if (config.cage > 0) {
             out.work("wrapping and filling a cage");
-            CageBody caged =
-                make_cage_body(path.stem().string(), std::move(surface), config.cage, config.material);
+            CageBody caged = make_cage_body(path.stem().string(), std::move(surface), config.cage,
+                                            config.material, config.elements.value_or(Elements::linear));
             out.text(describe(caged.report));
             tell_origin(caged.body.origin, out);
             return {std::move(caged.body), caged.report.optimization, caged.report};
@@ -242,16 +320,8 @@ MeshedFile body_of_surface(const std::filesystem::path& path, const MeshFileConf
         tell_origin(origin, out);
         const SolidBoundary boundary = solid_boundary_of(std::move(surface));
         out.text(fmt::format("surface: {}", describe(boundary.report)));
-        out.work("filling with tetrahedra");
-        TetrahedralizeResult filled = filling_of(boundary.mesh, config.tets);
-        out.text(fmt::format("gmsh: grading {:.4g} after {} run(s)", filled.grading, filled.runs));
-        if (filled.optimization.poor_before > 0) out.text(describe(filled.optimization));
-        out.work("making the body");
-        order_by_place(filled.tets);
-        MeshedFile result{make_body(path.stem().string(), boundary.mesh, std::move(filled.tets),
-                                    config.material, config.levels, config.scheme),
-                          filled.optimization,
-                          {}};
+        MeshedFile result = config.error > 0 ? searched(path, boundary.mesh, config, out)
+                                             : body_within(path, boundary.mesh, config, out);
         result.body.origin += origin;
         return result;
     } catch (const std::invalid_argument& error) {

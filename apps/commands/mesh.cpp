@@ -17,13 +17,14 @@
 #include "meshing/cage/cage.hpp"
 #include "meshing/formats/words.hpp"
 #include "meshing/tets/tet_quality.hpp"
+#include "sim/fem/bending_error.hpp"
 #include "sim/json/nearest_name.hpp"
 
 namespace nbd {
 namespace {
 
 struct MeshArguments {
-    std::string input, output, scheme = "midpoint", law{name(MaterialLaw::corotated)};
+    std::string input, output, scheme = "midpoint", law{name(MaterialLaw::corotated)}, elements;
     std::vector<std::string> regions;
     MeshFileConfig config;
     std::function<void()> check_options{};  // refuses those that the input takes no notice of
@@ -117,6 +118,8 @@ void run(const MeshArguments& arguments, Output& out) {
     if (!config.regions.empty() && !holds_tets(arguments.input))
         throw CLI::ValidationError("--region",
                                    "is for groups of tetrahedra, but " + arguments.input + " is a surface");
+    if (!arguments.elements.empty())
+        config.elements = arguments.elements == "linear" ? Elements::linear : Elements::quadratic;
     config.scheme = arguments.scheme == "loop" ? SubdivisionScheme::loop : SubdivisionScheme::midpoint;
     if (config.cage > 0 && holds_tets(arguments.input))
         throw CLI::ValidationError("--cage",
@@ -124,8 +127,8 @@ void run(const MeshArguments& arguments, Output& out) {
     if (!config.inside.empty() && holds_tets(arguments.input))
         throw CLI::ValidationError("--inside",
                                    "takes a surface, but " + arguments.input + " holds tetrahedra");
-    const MeshedFile meshed = mesh_file(arguments.input, config, out);
-    const Body& body = meshed.body;
+    MeshedFile meshed = mesh_file(arguments.input, config, out);
+    Body& body = meshed.body;
     const TetMesh& tets = body.tets;
     const TetQuality quality = tet_quality(tets);
     out.text(to_text(quality));
@@ -136,6 +139,12 @@ void run(const MeshArguments& arguments, Output& out) {
             quality.poor, quality.tets, poor_radius_ratio, quality.worst_tet, quality.radius_ratio_min));
     for (const std::string& hint : body_hints(body))
         out.warning(fmt::format("{}: {}", arguments.output, hint));
+    out.work("estimating how rightly it bends");
+    if (!body.bending_error) body.bending_error = bending_error(body);
+    out.text(body.bending_error
+                 ? fmt::format("yields {:.2g} % too little to its own weight, as richer elements tell",
+                               100 * *body.bending_error)
+                 : "too many tetrahedra to estimate how rightly they bend, or none at an end to hold");
     save_body(arguments.output, body);
 
     out.text(fmt::format("{}: {} nodes, {} tetrahedra, collision surface of {} vertices and {} faces",
@@ -155,6 +164,7 @@ void run(const MeshArguments& arguments, Output& out) {
         {"dihedral_min", quality.dihedral_min},
         {"dihedral_max", quality.dihedral_max},
         {"body_sha256", body_hash(body)}};
+    if (body.bending_error) result["bending_error"] = *body.bending_error;
     if (meshed.cage) result["cage"] = to_json(*meshed.cage);
     out.result(result);
 }
@@ -190,11 +200,31 @@ std::vector<CLI::Option*> add_material_options(CLI::App& command, MeshArguments&
 
 /// Options of the tetrahedra that fill a surface, which a cage, and tetrahedra of another body, exclude.
 std::vector<CLI::Option*> add_filling_options(CLI::App& command, MeshFileConfig& config) {
-    return {command
-                .add_option("--nodes", config.tets.nodes,
-                            "Target number of tet nodes, met within 5 %; 0: determined by --grading")
-                ->capture_default_str()
-                ->check(whole_number(0, 100'000'000)),
+    CLI::Option* const nodes =
+        command
+            .add_option(
+                "--nodes", config.tets.nodes,
+                "Target number of the tetrahedra's corners, met within 5 %; 0: determined by --grading")
+            ->capture_default_str()
+            ->check(whole_number(0, 100'000'000));
+    CLI::Option* const edge =
+        command
+            .add_option("--edge", config.edge,
+                        "How long the tetrahedra's edges are at the surface, metres (after --scale); its "
+                        "triangles are then the collision surface alone. Default: as long as those of the "
+                        "triangles")
+            ->check(between(least_constant, max_constant))
+            ->excludes(nodes);
+    CLI::Option* const error =
+        command
+            .add_option(
+                "--error", config.error,
+                "Search for quadratic tetrahedra that yield to the body's own weight with at most this "
+                "error, such as 0.03, estimated by finer ones")
+            ->check(between(1e-4, 0.5))
+            ->excludes(nodes)
+            ->excludes(edge);
+    return {nodes, edge, error,
             command.add_option("--grading", config.tets.grading, "How fast tetrahedra grow inward")
                 ->capture_default_str()
                 ->check(between(0, 2))};
@@ -239,6 +269,14 @@ void add_mesh(CLI::App& app, Output& out) {
                     "Factor of all coordinates: 0.001 for a file in millimetres, as bodies are in metres")
         ->capture_default_str()
         ->check(between(least_constant, max_constant));
+    CLI::Option* elements =
+        command
+            .add_option(
+                "--elements", arguments.elements,
+                "Tetrahedra: linear, with nodes at their corners, or quadratic, with nodes at their "
+                "edges, too, which bend rightly where they are coarse and do not lock; default: as in "
+                "the file, linear in a surface")
+            ->check(one_of({"linear", "quadratic"}));
     CLI::Option* weld =
         command
             .add_option("--weld", config.weld,
@@ -249,7 +287,7 @@ void add_mesh(CLI::App& app, Output& out) {
         command
             .add_option("--cage", config.cage,
                         "Take any surface as it is, also an open or defective one, and embed it in a coarse "
-                        "cage of this many tet nodes, met within 10 %")
+                        "cage of tetrahedra with this many corners, met within 10 %")
             ->check(whole_number(min_cage_nodes, max_cage_nodes));
     CLI::Option* inside = command.add_option(
         "--inside", config.inside,
@@ -261,6 +299,8 @@ void add_mesh(CLI::App& app, Output& out) {
         }
     for (CLI::Option* option : of_material) inside->excludes(option);
     inside->excludes(cage);
+    inside->excludes(elements);
+    command.get_option("--error")->excludes(elements);
     of_filling.push_back(weld);
     arguments.check_options = [&input = arguments.input, of_material, of_filling] {
         if (holds_tets(input)) refuse_any(of_filling, "is for surfaces, but " + input + " holds tetrahedra");

@@ -15,6 +15,7 @@
 #include "collision/base/temporary_files.hpp"
 #include "collision/query/self_query.hpp"
 #include "meshing/h5/sha256.hpp"
+#include "meshing/surface/quadratic_tets.hpp"
 #include "training/files/dataset_manifest.hpp"
 #include "training/files/recording_format.hpp"
 #include "training/files/split.hpp"
@@ -122,7 +123,8 @@ Producer::Producer(Body body, const DatasetPlan& plan, ShardFolder folder, Produ
 }
 
 FrameContents Producer::contents() const {
-    FrameContents contents{.tets = static_cast<int>(body_.tets.T.rows()), .fields = plan_.extras.fields};
+    FrameContents contents{.tets = static_cast<int>(corner_tets(body_.tets).rows()),
+                           .fields = plan_.extras.fields};
     if (contact_surface_) contents.contact_edges = contact_surface_->distances;
     return contents;
 }

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -10,6 +9,7 @@
 #include <stdexcept>
 
 #include "meshing/parallel/parallel_for.hpp"
+#include "sim/fem/momentum.hpp"
 #include "sim/materials/polar.hpp"
 
 namespace nbd {
@@ -45,12 +45,6 @@ std::string kind_of(const std::string& recipe) {
                : "unknown";
 }
 
-Eigen::Matrix3d edges(const Nodes& x, const Tets& T, Eigen::Index t) {
-    Eigen::Matrix3d result;
-    for (int k = 0; k < 3; ++k) result.col(k) = (x.row(T(t, k + 1)) - x.row(T(t, 0))).transpose();
-    return result;
-}
-
 }  // namespace
 
 struct VarietyMeter::Sample {
@@ -62,42 +56,33 @@ struct VarietyMeter::Sample {
 VarietyMeter::VarietyMeter(const Body& body, long frames)
     : body_(body),
       stride_(std::max(1L, frames / max_samples)),
-      masses_(Eigen::VectorXd::Zero(body.tets.X.rows())),
+      elastic_(body),
+      rest_(body.tets.X.rowwise() - centre_of_mass(elastic_, body.tets.X).transpose()),
       histogram_(bins, 0),
       sum_(Eigen::VectorXd::Zero(body.modes.count())),
       squares_(sum_) {
-    const Tets& T = body.tets.T;
-    const auto materials = materials_of_tets(body.material, body.regions, T.rows());
-    for (Eigen::Index t = 0; t < T.rows(); ++t) {
-        const Eigen::Matrix3d E = edges(body.tets.X, T, t);
-        inverses_.push_back(E.inverse());
-        for (int k = 0; k < 4; ++k) masses_[T(t, k)] += materials[t]->density * E.determinant() / 24;
-    }
-    const Eigen::RowVector3d centre = masses_.transpose() * body.tets.X / masses_.sum();
-    rest_ = body.tets.X.rowwise() - centre;
     counts_.body_length = (rest_.colwise().maxCoeff() - rest_.colwise().minCoeff()).norm();
     counts_.frequencies.assign(body.modes.frequencies.begin(), body.modes.frequencies.end());
 }
 
 void VarietyMeter::measure(const Eigen::Ref<const Vertices>& frame, Sample& sample) const {
     Nodes x = frame.cast<double>();
-    x.rowwise() -= (masses_.transpose() * x / masses_.sum()).eval();
+    x.rowwise() -= centre_of_mass(elastic_, x).transpose().eval();
     sample.histogram.assign(bins, 0);
-    for (Eigen::Index t = 0; t < body_.tets.T.rows(); ++t) {
-        const Eigen::Matrix3d F = edges(x, body_.tets.T, t) * inverses_[t];
-        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
-        solver.computeDirect(F.transpose() * F, Eigen::EigenvaluesOnly);
-        const Eigen::Vector3d stretch = solver.eigenvalues().cwiseMax(0).cwiseSqrt();
-        for (const double s : stretch) ++sample.histogram[bin_of(s)];
-        sample.least = std::min(sample.least, stretch.minCoeff());
-        sample.largest = std::max(sample.largest, stretch.maxCoeff());
+    for (int batch = 0; batch < elastic_.batch_count(); ++batch) {
+        const PrincipalLanes sigma = elastic_.principal_stretches_of(x, batch);
+        for (int l = 0; l < elastic_.points_of(batch); ++l)
+            for (const Lanes& of_axis : sigma) {
+                const double stretch = std::abs(of_axis[l]);
+                ++sample.histogram[bin_of(stretch)];
+                sample.least = std::min(sample.least, stretch);
+                sample.largest = std::max(sample.largest, stretch);
+            }
     }
-    const Eigen::Matrix3d R = rotation_of(x.transpose() * masses_.asDiagonal() * rest_);
-    const Nodes u = x * R - rest_;
-    sample.displacement = (masses_.asDiagonal() * u).cwiseProduct(u).sum();
-    const Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor> momentum =
-        (masses_.asDiagonal() * u).cast<float>();
-    const Eigen::Map<const Eigen::VectorXf> stacked(momentum.data(), momentum.size());
+    const Eigen::Matrix3d R = rotation_of(elastic_.mass_product(x).transpose() * rest_);
+    const Nodes u = x * R - rest_, momentum = elastic_.mass_product(u);
+    sample.displacement = momentum.cwiseProduct(u).sum();
+    const Eigen::VectorXf stacked = momentum.reshaped<Eigen::RowMajor>().cast<float>();
     sample.modal = (body_.modes.U.transpose() * stacked).cast<double>();
 }
 
@@ -170,7 +155,7 @@ Variety VarietyMeter::report() const {
         while (bin < bins - 1 && (below += histogram_[bin]) < quantile * static_cast<double>(total)) ++bin;
         variety.stretch.push_back(stretch_of(bin));
     }
-    const double mass = masses_.sum(), n = variety.sampled;
+    const double mass = elastic_.mass(), n = variety.sampled;
     variety.displacement = std::sqrt(displacement_ / n / mass);
     double held = 0;
     for (Eigen::Index k = 0; k < sum_.size(); ++k) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "meshing/body/body.hpp"
+#include "sim/fem/elastic_body.hpp"
 #include "training/files/recording.hpp"
 
 namespace nbd {
@@ -62,12 +63,11 @@ class VarietyMeter {
 
     const Body& body_;
     long stride_, seen_ = 0;
-    Eigen::VectorXd masses_;                 // [N], kg
-    Nodes rest_;                             // [N, 3] from the centre of mass
-    std::vector<Eigen::Matrix3d> inverses_;  // [T] of the rest edges
-    std::vector<std::int64_t> histogram_;    // of logarithms of stretches
-    Eigen::VectorXd sum_, squares_;          // [m] of modal coordinates
-    double displacement_ = 0;                // sum of kg m2
+    ElasticBody elastic_;
+    Nodes rest_;                           // [N, 3] from the centre of mass
+    std::vector<std::int64_t> histogram_;  // of logarithms of stretches
+    Eigen::VectorXd sum_, squares_;        // [m] of modal coordinates
+    double displacement_ = 0;              // sum of kg m2
     Variety counts_;
 };
 

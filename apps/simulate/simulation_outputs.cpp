@@ -78,7 +78,7 @@ SimulationOutputs::SimulationOutputs(const SceneOutput& paths, const SceneSpec& 
         const std::size_t i = b;
         info.id = b;
         info.body_hash = body_hashes[i];
-        FrameContents contents{.tets = world.elastic(b).element_count(), .fields = extras_.fields};
+        FrameContents contents{.tets = world.elastic(b).point_count(), .fields = extras_.fields};
         if (contact_edges_) contents.contact_edges = contact_edges_->distances(i);
         handles_.push_back(recording_.begin_trajectory(info, world.elastic(b).node_count(), contents));
         start_.push_back(world.state(b).x);
@@ -140,7 +140,7 @@ void SimulationOutputs::add_vtu(const SimulationFrame& frame) {
         const ElasticBody& elastic = world_.elastic(b);
         const BodyState& state = frame.world.bodies[b];
         stresses.push_back(von_mises_stress(elastic, state.x));
-        grids.push_back({.T = &elastic.rest().T,
+        grids.push_back({.mesh = &elastic.rest(),
                          .start = &start_[b],
                          .x = &state.x,
                          .v = &state.v,

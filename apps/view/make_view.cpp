@@ -16,14 +16,14 @@ namespace {
 /// weighted with their volumes at rest. Tetrahedra without a finite stress are left out. x: [N, 3] metres.
 void add_node_stress(const ElasticBody& body, NodesRef x, std::vector<float>& stress) {
     const Eigen::VectorXd of_tets = von_mises_stress(body, x);
-    const Tets& T = body.rest().T;
     Eigen::VectorXd sum = Eigen::VectorXd::Zero(body.node_count()), weight = sum;
-    for (int t = 0; t < body.element_count(); ++t) {
+    for (int p = 0; p < body.point_count(); ++p) {
+        const int t = p / body.points_per_tet();
         if (!std::isfinite(of_tets[t])) continue;
         const double volume = body.rest_volumes()[t];
-        for (int c = 0; c < 4; ++c) {
-            sum[T(t, c)] += volume * of_tets[t];
-            weight[T(t, c)] += volume;
+        for (const int node : body.corner_tets().row(p)) {
+            sum[node] += volume * of_tets[t];
+            weight[node] += volume;
         }
     }
     for (int i = 0; i < body.node_count(); ++i) {

@@ -10,11 +10,12 @@
 
 #include "meshing/h5/sha256.hpp"
 #include "meshing/h5/sparse.hpp"
+#include "meshing/surface/quadratic_tets.hpp"
 
 namespace nbd {
 namespace {
 
-const h5::Format body_format{"nbdtree body", 2};  // 2: laws and regions of material
+const h5::Format body_format{"nbdtree body", 3};  // 2: laws and regions; 3: quadratic tetrahedra
 
 template <class M>
 h5::Shape shape(const M& m) {
@@ -108,6 +109,8 @@ std::string body_hash(const Body& body) {
     h5::add_dataset(hash, "embedding/rows", int32, {W.rows.size()}, W.rows.data());
     h5::add_dataset(hash, "embedding/cols", int32, {W.cols.size()}, W.cols.data());
     h5::add_dataset(hash, "embedding/values", float64, {W.values.size()}, W.values.data());
+    if (body.tets.is_quadratic())
+        h5::add_dataset(hash, "tets/edges", int32, shape(body.tets.E), body.tets.E.data());
     if (!body.origin.isZero(0)) h5::add_dataset(hash, "origin", float64, {3}, body.origin.data());
     return hash.hex();
 }
@@ -123,10 +126,12 @@ void save_body(const std::filesystem::path& path, const Body& body) {
         "/", "body_sha256_of",
         std::string("tets/nodes tets/cells surface/vertices surface/faces embedding/rows embedding/cols "
                     "embedding/values") +
-            (is_far ? " origin" : ""));
+            (body.tets.is_quadratic() ? " tets/edges" : "") + (is_far ? " origin" : ""));
+    if (body.bending_error) file.attribute("/", "bending_error", *body.bending_error);
     if (is_far) file.write("origin", body.origin);
     file.write("tets/nodes", body.tets.X);
     file.write("tets/cells", body.tets.T, deflate);
+    if (body.tets.is_quadratic()) file.write("tets/edges", body.tets.E, deflate);
     file.write("surface/vertices", body.surface.X);
     file.write("surface/faces", body.surface.F, deflate);
     h5::write_sparse(file, "embedding", body.W);
@@ -145,6 +150,8 @@ Body load_body(const std::filesystem::path& path) {
     body.name = file.attribute<std::string>("/", "name");
     body.tets.X = file.matrix<Nodes>("tets/nodes", h5::any, 3);
     body.tets.T = file.matrix<Tets>("tets/cells", h5::any, 4);
+    if (file.has("tets/edges"))
+        body.tets.E = file.matrix<TetEdges>("tets/edges", static_cast<std::size_t>(body.tets.T.rows()), 6);
     body.surface.X = file.matrix<Nodes>("surface/vertices", h5::any, 3);
     body.surface.F = file.matrix<Faces>("surface/faces", h5::any, 3);
     const std::size_t vertices = body.surface.X.rows();
@@ -153,6 +160,8 @@ Body load_body(const std::filesystem::path& path) {
     body.W = h5::read_sparse<double>(file, "embedding", vertices, nodes);
     body.material = read_material(file, "material");
     body.regions = read_regions(file);
+    if (file.has_attribute("/", "bending_error"))
+        body.bending_error = file.attribute<double>("/", "bending_error");
     if (file.has("modes")) {
         body.modes.frequencies = file.matrix<Eigen::VectorXd>("modes/frequencies", h5::any);
         const std::size_t modes = body.modes.frequencies.size();
@@ -186,6 +195,25 @@ void check_indices(const M& m, Eigen::Index count, const char* item, const char*
                                                         target, m(i, k), count - 1));
 }
 
+void check_edges(const TetMesh& tets) {
+    if (tets.E.rows() != tets.T.rows())
+        throw std::invalid_argument(fmt::format("nodes of the edges of {} tetrahedra; allowed: {}, of all",
+                                                tets.E.rows(), tets.T.rows()));
+    check_indices(tets.E, tets.X.rows(), "edges of tetrahedron", "node");
+    constexpr double rounding = 1e-6;  // of an edge
+    for (Eigen::Index t = 0; t < tets.T.rows(); ++t)
+        for (std::size_t k = 0; k < edges_of_tet.size(); ++k) {
+            const Eigen::RowVector3d a = tets.X.row(tets.T(t, edges_of_tet[k].first)),
+                                     b = tets.X.row(tets.T(t, edges_of_tet[k].second));
+            if (const double off = (tets.X.row(tets.E(t, k)) - (a + b) / 2).norm();
+                !(off <= rounding * (b - a).norm()))
+                throw std::invalid_argument(
+                    fmt::format("node {} lies {:.3g} m beside the middle of its edge in tetrahedron {}; "
+                                "allowed: edges that are straight at rest",
+                                tets.E(t, k), off, t));
+        }
+}
+
 void check_tets(const TetMesh& tets) {
     if (tets.X.rows() < 4 || tets.T.rows() < 1)
         throw std::invalid_argument(fmt::format("{} nodes and {} tetrahedra; allowed: at least 4 and 1",
@@ -200,6 +228,7 @@ void check_tets(const TetMesh& tets) {
             throw std::invalid_argument(
                 fmt::format("tetrahedron {} has volume {:.3g} m3; allowed: more than 0", t, volume));
     }
+    if (tets.is_quadratic()) check_edges(tets);
 }
 
 void check_embedding(const Body& body) {
@@ -255,6 +284,8 @@ void check_body(const Body& body) {
     check_finite(body.surface.X, "surface vertex");
     check_indices(body.surface.F, body.surface.X.rows(), "face", "vertex");
     check_embedding(body);
+    if (body.bending_error && !std::isfinite(*body.bending_error))
+        throw std::invalid_argument("the bending error is not finite; allowed: finite numbers");
     check_material(body.material);
     check_regions(body.regions, body.material, body.tets.T.rows());
     check_modes(body.modes, body.tets.X.rows());

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,8 @@ struct Body {
     Material material;
     std::vector<MaterialRegion> regions{};  // distinct tetrahedra and names; all others are of `material`
     ModeBasis modes;
+    // By how much it yields too little to its weight, as nbd::bending_error() estimated; empty: not known.
+    std::optional<double> bending_error{};
 
     /// W in single precision, as bounds and recordings take it.
     SurfaceEmbedding float_weights() const { return W.cast<float>(); }

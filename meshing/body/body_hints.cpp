@@ -31,6 +31,7 @@ std::string size_hint(const Body& body, double scale) {
 }
 
 std::string thin_hint(const TetMesh& tets) {
+    if (tets.is_quadratic()) return "";
     const Faces boundary = boundary_faces(tets);
     std::vector<char> is_outer(tets.X.rows(), 0);
     for (const int i : boundary.reshaped()) is_outer[i] = 1;
@@ -44,24 +45,26 @@ std::string thin_hint(const TetMesh& tets) {
                  thickness = 2 * all / area(tets.X, boundary);
     if (!(thin > most_thin * all) || !(length > slender * thickness)) return "";
     return fmt::format(
-        "is one tetrahedron thick in {:.0f} % of its volume, so it bends far too little; "
-        "a surface of smaller faces gives more, and so may `nbdtree mesh --cage`",
+        "is one linear tetrahedron thick in {:.0f} % of its volume, so it bends far too little; "
+        "quadratic ones bend rightly: --elements quadratic",
         100 * thin / all);
 }
 
-std::string locking_hint(const Material& material, const std::vector<MaterialRegion>& regions) {
+std::string locking_hint(const TetMesh& tets, const Material& material,
+                         const std::vector<MaterialRegion>& regions) {
+    if (tets.is_quadratic()) return "";
     double largest = material.poisson;
     for (const MaterialRegion& region : regions) largest = std::max(largest, region.material.poisson);
     if (!(largest > locking_ratio)) return "";
     return fmt::format(
-        "has a Poisson's ratio of {:.3g}, at which its tetrahedra lock: it bends far less than it should; "
-        "advised: {} or less",
+        "has a Poisson's ratio of {:.3g}, at which linear tetrahedra lock: it bends far less than it should; "
+        "advised: --elements quadratic, or {} or less",
         largest, locking_ratio);
 }
 
 std::vector<std::string> body_hints(const Body& body) {
     std::vector<std::string> hints{size_hint(body), thin_hint(body.tets),
-                                   locking_hint(body.material, body.regions)};
+                                   locking_hint(body.tets, body.material, body.regions)};
     std::erase(hints, "");
     return hints;
 }

@@ -15,11 +15,12 @@ std::vector<std::string> body_hints(const Body& body);
 /// another unit than metres; else empty.
 std::string size_hint(const Body& body, double scale = 1);
 
-/// A line about a body that bends where it is one tetrahedron thick, which makes it far too stiff; else
-/// empty.
+/// A line about a body that bends where it is one linear tetrahedron thick, which makes it far too stiff;
+/// else empty.
 std::string thin_hint(const TetMesh& tets);
 
 /// A line about the greatest Poisson's ratio if it locks linear tetrahedra: above 0.45. Else empty.
-std::string locking_hint(const Material& material, const std::vector<MaterialRegion>& regions);
+std::string locking_hint(const TetMesh& tets, const Material& material,
+                         const std::vector<MaterialRegion>& regions);
 
 }  // namespace nbd

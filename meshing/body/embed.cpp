@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "meshing/surface/box_tree.hpp"
+#include "meshing/surface/quadratic_tets.hpp"
 #include "meshing/surface/weld.hpp"
 
 namespace nbd {
@@ -111,11 +112,32 @@ std::string name_point(NodesRef points, int p) {
     return fmt::format("vertex {} at ({:.6g}, {:.6g}, {:.6g})", p, points(p, 0), points(p, 1), points(p, 2));
 }
 
-PositionIndex node_index(const TetMesh& tets, std::vector<int>& node_of) {
+/// Of the corners of tetrahedra: only these lie where their nodes do in every pose.
+PositionIndex corner_index(const TetMesh& tets, std::vector<int>& node_of) {
     PositionIndex index;
+    std::vector<char> is_corner(tets.X.rows(), 0);
+    for (const int v : tets.T.reshaped()) is_corner[v] = 1;
     for (int v = 0; v < tets.X.rows(); ++v)
-        if (index.insert(tets.X.row(v)) == std::ssize(node_of)) node_of.push_back(v);
+        if (is_corner[v] && index.insert(tets.X.row(v)) == std::ssize(node_of)) node_of.push_back(v);
     return index;
+}
+
+/// z: barycentric coordinates of the point in tetrahedron t.
+void add_weights(const TetMesh& tets, int point, int t, Eigen::Vector4d z,
+                 std::vector<Eigen::Triplet<double>>& entries) {
+    if (!tets.is_quadratic()) {
+        for (int a = 0; a < 4; ++a) entries.emplace_back(point, tets.T(t, a), z[a]);
+        return;
+    }
+    constexpr double rounding = 1e-12;  // a point on a face takes no weights of the nodes beside it
+    z = (z.array().abs() > rounding).select(z, 0);
+    z /= z.sum();
+    for (int a = 0; a < 4; ++a)
+        if (z[a] != 0) entries.emplace_back(point, tets.T(t, a), z[a] * z[a]);
+    for (std::size_t k = 0; k < edges_of_tet.size(); ++k) {
+        const auto [a, b] = edges_of_tet[k];
+        if (const double w = 2 * z[a] * z[b]; w != 0) entries.emplace_back(point, tets.E(t, k), w);
+    }
 }
 
 }  // namespace
@@ -124,7 +146,7 @@ Embedding embed(const TetMesh& tets, NodesRef points, const EmbedConfig& config)
     constexpr double max_distance = 0.5;  // in mean edge lengths
     const TetLocator locator(tets);
     std::vector<int> node_of;
-    const PositionIndex nodes = node_index(tets, node_of);
+    const PositionIndex nodes = corner_index(tets, node_of);
     std::vector<Eigen::Triplet<double>> entries;
     entries.reserve(4 * points.rows());
     Misfits far;
@@ -151,7 +173,7 @@ Embedding embed(const TetMesh& tets, NodesRef points, const EmbedConfig& config)
         }
         Eigen::Vector4d w = locator.weights(t, x);
         if (config.only_inside) w = w.cwiseMax(0) / w.cwiseMax(0).sum();
-        for (int k = 0; k < 4; ++k) entries.emplace_back(p, tets.T(t, k), w[k]);
+        add_weights(tets, p, t, w, entries);
     }
     far.check();
     Embedding W(points.rows(), tets.X.rows());

@@ -43,7 +43,7 @@ TetrahedralizeResult fill_as_possible(const TriMesh& cage, int nodes) {
 
 /// Some cages have faces so close to each other that gmsh fails, that few nodes fit inside, or that rounding
 /// puts a vertex outside. Another size and offset then give other faces.
-Filled fill(const AlphaWrap& wrap, const TriMesh& soup, int nodes) {
+Filled fill(const AlphaWrap& wrap, const TriMesh& soup, int nodes, Elements elements) {
     constexpr std::array<double, 5> offset_shares = {0.25, 0.26, 0.28, 0.22, 0.35};
     double aim = nodes;
     std::exception_ptr failure;  // of the last try; one to find a cage of another aim says less
@@ -65,6 +65,7 @@ Filled fill(const AlphaWrap& wrap, const TriMesh& soup, int nodes) {
                 throw std::invalid_argument(fmt::format("no cage of {} nodes was found; the nearest has {}",
                                                         nodes, filled.tets.X.rows()));
             }
+            filled.tets = as_elements(std::move(filled.tets), elements);
             order_by_place(filled.tets);
             filled.W = embed(filled.tets, soup.X, {.only_inside = true});
             return filled;
@@ -89,7 +90,8 @@ std::string describe(const CageReport& r) {
     return text;
 }
 
-CageBody make_cage_body(std::string name, TriMesh surface, int nodes, const Material& material) {
+CageBody make_cage_body(std::string name, TriMesh surface, int nodes, const Material& material,
+                        Elements elements) {
     check_material(material);
     CageBody result;
     CageReport& report = result.report;
@@ -99,7 +101,7 @@ CageBody make_cage_body(std::string name, TriMesh surface, int nodes, const Mate
     if (nodes < min_cage_nodes || nodes > max_cage_nodes)
         throw std::invalid_argument(
             fmt::format("a cage of {} nodes; allowed: {} to {}", nodes, min_cage_nodes, max_cage_nodes));
-    Filled filled = fill(AlphaWrap(surface), surface, nodes);
+    Filled filled = fill(AlphaWrap(surface), surface, nodes, elements);
     report.vertices = filled.cage.surface.X.rows();
     report.faces = filled.cage.surface.F.rows();
     report.volume = tet_quality(filled.tets).volume;

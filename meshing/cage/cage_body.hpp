@@ -5,6 +5,7 @@
 #include "meshing/body/body.hpp"
 #include "meshing/cage/cage.hpp"
 #include "meshing/cage/clean_soup.hpp"
+#include "meshing/surface/quadratic_tets.hpp"
 #include "meshing/tets/optimize_tets.hpp"
 
 namespace nbd {
@@ -25,11 +26,12 @@ struct CageBody {
     CageReport report;
 };
 
-/// Makes a body of any triangle soup: fills a coarse closed cage around it with `nodes` tet nodes, within
-/// 10 %, and embeds the soup after clean_soup(). All weights are >= 0. The body has no modes yet.
-/// surface: may be open, non-manifold and self-intersecting.
-/// Throws std::invalid_argument as clean_soup() does, for a material or number of nodes out of range, and for
-/// a soup that no cage of so many nodes holds; std::runtime_error if gmsh cannot fill the cage.
-CageBody make_cage_body(std::string name, TriMesh surface, int nodes, const Material& material = {});
+/// Makes a body of any triangle soup: fills a coarse closed cage around it with tetrahedra of `nodes`
+/// corners, within 10 %, and embeds the soup after clean_soup(). All weights are >= 0. The body has no modes
+/// yet. surface: may be open, non-manifold and self-intersecting. Throws std::invalid_argument as
+/// clean_soup() does, for a material or number of nodes out of range, and for a soup that no cage of so many
+/// nodes holds; std::runtime_error if gmsh cannot fill the cage.
+CageBody make_cage_body(std::string name, TriMesh surface, int nodes, const Material& material = {},
+                        Elements elements = Elements::linear);
 
 }  // namespace nbd

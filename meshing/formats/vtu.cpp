@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "meshing/h5/atomic_file.hpp"
+#include "meshing/surface/quadratic_tets.hpp"
 
 namespace nbd {
 namespace {
@@ -34,8 +35,8 @@ class Appended {
 void check(std::span<const VtuBody> bodies) {
     for (std::size_t b = 0; b < bodies.size(); ++b) {
         const VtuBody& body = bodies[b];
-        bool fits = body.T && body.start && body.x && body.v && body.contact_force && body.von_mises &&
-                    body.von_mises->size() == body.T->rows();
+        bool fits = body.mesh && body.start && body.x && body.v && body.contact_force && body.von_mises &&
+                    body.von_mises->size() == body.mesh->T.rows();
         if (fits)
             for (const Nodes* field : {body.start, body.v, body.contact_force})
                 fits = fits && field->rows() == body.x->rows();
@@ -43,6 +44,19 @@ void check(std::span<const VtuBody> bodies) {
             throw std::invalid_argument(fmt::format(
                 "vtu: body {} needs one row per node in every node field, one von_mises per tetrahedron", b));
     }
+}
+
+/// Values of a field at the corners of tetrahedra and, of quadratic ones, in the middle of their edges.
+/// nodes: those of its nodes.
+Nodes at_points(const TetMesh& mesh, Nodes nodes) {
+    const Nodes given = nodes;
+    for (Eigen::Index t = 0; t < mesh.E.rows(); ++t)
+        for (std::size_t k = 0; k < edges_of_tet.size(); ++k) {
+            const auto [a, b] = edges_of_tet[k];
+            nodes.row(mesh.E(t, k)) =
+                0.5 * given.row(mesh.E(t, k)) + 0.25 * (given.row(mesh.T(t, a)) + given.row(mesh.T(t, b)));
+        }
+    return nodes;
 }
 
 void append(std::vector<float>& out, NodesRef rows) {
@@ -63,17 +77,21 @@ void write_vtu(const std::filesystem::path& path, std::span<const VtuBody> bodie
     std::int64_t first_node = 0;
     for (std::size_t b = 0; b < bodies.size(); ++b) {
         const VtuBody& body = bodies[b];
-        if (!is_far) append(points, *body.x);
+        const TetMesh& mesh = *body.mesh;
+        const Nodes x = at_points(mesh, *body.x);
+        if (!is_far) append(points, x);
         if (is_far)
-            for (Eigen::Index i = 0; i < body.x->rows(); ++i)
-                for (int k = 0; k < 3; ++k) far_points.push_back((*body.x)(i, k) + origin[k]);
-        append(displacement, Nodes(*body.x - *body.start));
-        append(velocity, *body.v);
+            for (Eigen::Index i = 0; i < x.rows(); ++i)
+                for (int k = 0; k < 3; ++k) far_points.push_back(x(i, k) + origin[k]);
+        append(displacement, x - at_points(mesh, *body.start));
+        append(velocity, at_points(mesh, *body.v));
         append(contact_force, *body.contact_force);
-        for (Eigen::Index t = 0; t < body.T->rows(); ++t) {
-            for (int k = 0; k < 4; ++k) connectivity.push_back(first_node + (*body.T)(t, k));
+        for (Eigen::Index t = 0; t < mesh.T.rows(); ++t) {
+            for (const int node : mesh.T.row(t)) connectivity.push_back(first_node + node);
+            if (mesh.is_quadratic())
+                for (const int k : {0, 3, 1, 2, 4, 5}) connectivity.push_back(first_node + mesh.E(t, k));
             offsets.push_back(connectivity.size());
-            types.push_back(10);  // VTK_TETRA
+            types.push_back(mesh.is_quadratic() ? 24 : 10);  // VTK_QUADRATIC_TETRA, VTK_TETRA
             owner.push_back(b);
             von_mises.push_back(static_cast<float>((*body.von_mises)[t]));
         }

@@ -13,7 +13,7 @@ namespace nbd {
 
 /// One body of a frame. All pointers are required; they are read only during the call.
 struct VtuBody {
-    const Tets* T = nullptr;
+    const TetMesh* mesh = nullptr;               // at rest
     const Nodes* start = nullptr;                // [N, 3] reference positions of the displacements, metres
     const Nodes* x = nullptr;                    // [N, 3] current positions, metres
     const Nodes* v = nullptr;                    // [N, 3] velocities, m/s
@@ -23,7 +23,9 @@ struct VtuBody {
 
 /// Writes one frame as a VTK unstructured grid (.vtu, raw appended data, float32) with the cell fields `body`
 /// (number) and `von_mises` (Pa) and the point fields `displacement` (x minus start, metres), `velocity`
-/// (m/s) and `contact_force` (N). Atomic. Throws std::invalid_argument if shapes disagree, std::runtime_error
+/// (m/s) and `contact_force` (N). Quadratic tetrahedra are VTK's, whose points in the middle of edges lie on
+/// the curved edge, so these have the place and the velocity of the body there, and the force on the node of
+/// the edge. Atomic. Throws std::invalid_argument if shapes disagree, std::runtime_error
 /// with path and reason if writing fails. origin: what x and start are counted from; points are written with
 /// it, in float64 unless it is zero.
 void write_vtu(const std::filesystem::path& path, std::span<const VtuBody> bodies,

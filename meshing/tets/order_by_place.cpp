@@ -47,10 +47,11 @@ void order_by_place(TetMesh& tets) {
     std::vector<int> place(nodes.size());
     for (std::size_t k = 0; k < nodes.size(); ++k) place[nodes[k]] = k;
     tets.X = Nodes(tets.X(nodes, Eigen::all));
-    for (Eigen::Index t = 0; t < tets.T.rows(); ++t)
-        for (int a = 0; a < 4; ++a) tets.T(t, a) = place[tets.T(t, a)];
+    for (int& node : tets.T.reshaped()) node = place[node];
+    for (int& node : tets.E.reshaped()) node = place[node];
     const std::vector<int> order = sorted_by(tets.T.rows(), [&](int t) { return tets.T.row(t).minCoeff(); });
     tets.T = Tets(tets.T(order, Eigen::all));
+    if (tets.is_quadratic()) tets.E = TetEdges(tets.E(order, Eigen::all));
 }
 
 }  // namespace nbd

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "meshing/parallel/parallel_for.hpp"
+#include "meshing/surface/quadratic_tets.hpp"
 #include "sim/barrier/face_distance.hpp"
 
 namespace nbd {
@@ -50,14 +51,15 @@ HostNeighbours::HostNeighbours(std::shared_ptr<const ContactShape> shape, const 
 
 void HostNeighbours::find_hosts(const TetMesh& tets) {
     const Embedding& W = shape_->W;
+    const Tets T = corner_tets(tets);
     std::vector<std::vector<int>> tets_of(tets.X.rows());  // of each node
-    for (int t = 0; t < tets.T.rows(); ++t)
-        for (const int node : tets.T.row(t)) tets_of[node].push_back(t);
-    std::vector<int> host_of_tet(tets.T.rows(), none);
+    for (int t = 0; t < T.rows(); ++t)
+        for (const int node : T.row(t)) tets_of[node].push_back(t);
+    std::vector<int> host_of_tet(T.rows(), none);
     const auto host_in = [&](int t) {
         if (host_of_tet[t] != none) return host_of_tet[t];
         std::array<int, 4> nodes;
-        std::ranges::copy(tets.T.row(t), nodes.begin());
+        std::ranges::copy(T.row(t), nodes.begin());
         std::ranges::sort(nodes);
         Eigen::Matrix3d edges;
         for (int k = 0; k < 3; ++k)
@@ -86,7 +88,7 @@ void HostNeighbours::find_hosts(const TetMesh& tets) {
             double carried = 0;
             int nodes = 0;
             for (Embedding::InnerIterator entry(W, v); entry; ++entry)
-                if (entry.value() != 0 && (tets.T.row(t).array() == entry.col()).any()) {
+                if (entry.value() != 0 && (T.row(t).array() == entry.col()).any()) {
                     carried += std::abs(entry.value());
                     ++nodes;
                 }

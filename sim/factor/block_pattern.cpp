@@ -15,12 +15,12 @@ RowLists items_by_row(std::span<const int> row_of, int rows) {
     return lists;
 }
 
-BlockPattern::BlockPattern(int node_count, const Tets& tets)
+BlockPattern::BlockPattern(int node_count, const ElementNodes& elements)
     : BlockPattern([&] {
           std::vector<std::vector<int>> rows(node_count);
-          for (Eigen::Index t = 0; t < tets.rows(); ++t)
-              for (int a = 0; a < 4; ++a)
-                  for (int b = 0; b < 4; ++b) rows[tets(t, a)].push_back(tets(t, b));
+          for (const auto& element : elements.rowwise())
+              for (const int node : element)
+                  rows[node].insert(rows[node].end(), element.begin(), element.end());
           return rows;
       }()) {}
 

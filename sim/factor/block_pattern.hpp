@@ -35,9 +35,9 @@ RowLists items_by_row(std::span<const int> row_of, int rows);
 class BlockPattern {
  public:
     BlockPattern() = default;
-    /// One block for each pair of nodes that share a tetrahedron. tets: rows of four node indices in [0,
+    /// One block for each pair of nodes that share an element. elements: rows of node indices in [0,
     /// node_count).
-    BlockPattern(int node_count, const Tets& tets);
+    BlockPattern(int node_count, const ElementNodes& elements);
     /// rows: for each i its nodes j, in any order, repeats allowed. i itself may be missing; if row i has j,
     /// row j must have i. Rows that have only j >= i give the lower half, of which a Cholesky factor can be
     /// computed; its products are not those of the symmetric matrix.

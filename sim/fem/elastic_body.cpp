@@ -8,10 +8,13 @@
 #include <span>
 #include <stdexcept>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 
 #include "meshing/body/body.hpp"
 #include "meshing/parallel/parallel_for.hpp"
+#include "meshing/surface/quadratic_tets.hpp"
+#include "sim/fem/quadratic_points.hpp"
 #include "sim/materials/polar.hpp"
 
 namespace nbd {
@@ -23,10 +26,13 @@ constexpr int nodes_per_part = 256;  // of sweeps; see SweepOrder
 TetMesh checked(TetMesh mesh) {
     const Eigen::Index nodes = mesh.X.rows();
     if (mesh.T.rows() == 0) throw std::invalid_argument("elastic body: no tetrahedra; allowed: at least one");
+    if (mesh.is_quadratic() && mesh.E.rows() != mesh.T.rows())
+        throw std::invalid_argument(fmt::format("elastic body: {} tetrahedra, but nodes of edges of {}",
+                                                mesh.T.rows(), mesh.E.rows()));
     std::vector<char> used(nodes, 0);
-    for (Eigen::Index t = 0; t < mesh.T.rows(); ++t)
-        for (int a = 0; a < 4; ++a) {
-            const int node = mesh.T(t, a);
+    const auto of_tets = nodes_of_tets(mesh);
+    for (Eigen::Index t = 0; t < of_tets.rows(); ++t)
+        for (const int node : of_tets.row(t)) {
             if (node < 0 || node >= nodes)
                 throw std::invalid_argument(fmt::format(
                     "tetrahedron {} refers to node {}, but the mesh has {} nodes", t, node, nodes));
@@ -46,13 +52,13 @@ TetMesh checked(TetMesh mesh) {
 ElasticBody::ElasticBody(TetMesh rest, const Material& material, const std::vector<MaterialRegion>& regions)
     : rest_(checked(std::move(rest))),
       material_(material),
-      pattern_(rest_.X.rows(), rest_.T),
+      pattern_(rest_.X.rows(), nodes_of_tets(rest_)),
       order_(std::make_shared<const SweepOrder>(pattern_.lists(), nodes_per_part)) {
     const std::vector<double> density = set_materials(regions);
     measure_rest();
     list_incidences();
     share_corner_weights();
-    lump_masses(density);
+    set_masses(density);
 }
 
 /// Returns the density of each tetrahedron.
@@ -75,40 +81,47 @@ std::vector<double> ElasticBody::set_materials(const std::vector<MaterialRegion>
 }
 
 void ElasticBody::measure_rest() {
-    const int padded = (element_count() + lanes - 1) / lanes * lanes;
+    corner_tets_ = nbd::corner_tets(rest_);
+    const int points = point_count(), padded = (points + lanes - 1) / lanes * lanes;
     volume_.resize(element_count());
-    gradient_.resize(padded / lanes);
-    corner_weight_.resize(4UL * element_count());
-    for (int p = 0; p < padded; ++p) {
-        const int t = std::min(p, element_count() - 1);
-        Eigen::Matrix3d D;  // edge vectors from the first corner, as columns
-        for (int a = 0; a < 3; ++a) D.col(a) = rest_.X.row(rest_.T(t, a + 1)) - rest_.X.row(rest_.T(t, 0));
-        volume_[t] = D.determinant() / 6;
+    for (int t = 0; t < element_count(); ++t) {
+        volume_[t] = volume(rest_, t);
         if (!(volume_[t] > 0))
             throw std::invalid_argument(
                 fmt::format("tetrahedron {} has volume {} m3; allowed: more than 0", t, volume_[t]));
+    }
+    gradient_.resize(padded / lanes);
+    corner_weight_.resize(4UL * points);
+    for (int lane = 0; lane < padded; ++lane) {
+        const int p = std::min(lane, points - 1), t = p / points_per_tet();
+        Eigen::Matrix3d D;  // edge vectors from the first corner, as columns
+        for (int a = 0; a < 3; ++a)
+            D.col(a) = rest_.X.row(corner_tets_(p, a + 1)) - rest_.X.row(corner_tets_(p, 0));
         const Eigen::Matrix3d gradient = D.inverse().transpose();
         if (!gradient.allFinite())
             throw std::invalid_argument(fmt::format("tetrahedron {} is flat to rounding", t));
-        gradient_[p / lanes].set_lane(p % lanes, gradient);
+        gradient_[lane / lanes].set_lane(lane % lanes, gradient);
         for (int a = 0; a < 4; ++a)
-            corner_weight_[4 * t + a] = static_cast<float>(volume_[t] * shape_gradient(t, a).squaredNorm());
+            corner_weight_[4 * p + a] =
+                static_cast<float>(volume_[t] * corner_gradients(p).col(a).squaredNorm());
     }
 }
 
 void ElasticBody::list_incidences() {
-    const Tets& T = rest_.T;
-    corners_ = items_by_row({T.data(), 4UL * element_count()}, node_count());
-    std::vector<CornerPair> pairs;
+    corners_ = items_by_row({corner_tets_.data(), 4UL * point_count()}, node_count());
+    std::vector<NodePair> pairs;
     std::vector<int> blocks;
+    const auto of_tets = nodes_of_tets(rest_);
+    const int n = nodes_per_tet();
     for (int t = 0; t < element_count(); ++t)
-        for (int a = 0; a < 4; ++a)
-            for (int b = 0; b < 4; ++b) {
-                if (T(t, b) <= T(t, a)) continue;
-                blocks.push_back(pattern_.find(T(t, a), T(t, b)));
-                pairs.push_back(
-                    {16 * t + 4 * a + b,
-                     static_cast<float>(volume_[t] * shape_gradient(t, a).dot(shape_gradient(t, b)))});
+        for (int a = 0; a < n; ++a)
+            for (int b = 0; b < n; ++b) {
+                if (of_tets(t, b) <= of_tets(t, a)) continue;
+                blocks.push_back(pattern_.find(of_tets(t, a), of_tets(t, b)));
+                NodePair& pair = pairs.emplace_back(NodePair{n * (n * t + a) + b, 0});
+                if (rest_.is_quadratic()) continue;
+                const Eigen::Matrix<double, 3, 4> g = corner_gradients(t);
+                pair.along = static_cast<float>(volume_[t] * g.col(a).dot(g.col(b)));
             }
     RowLists by_block = items_by_row(blocks, pattern_.block_count());
     for (const int item : by_block.column) pair_.push_back(pairs[item]);
@@ -121,10 +134,25 @@ void ElasticBody::list_incidences() {
     }
 }
 
-/// The rest gradient of a corner's shape function, 1/m.
-Eigen::Vector3d ElasticBody::shape_gradient(int tet, int corner) const {
-    const Eigen::Matrix3d gradient = gradient_[tet / lanes].lane(tet % lanes);
-    return corner > 0 ? Eigen::Vector3d(gradient.col(corner - 1)) : -gradient.rowwise().sum();
+/// The rest gradients of the shape functions of a corner tetrahedron, 1/m.
+Eigen::Matrix<double, 3, 4> ElasticBody::corner_gradients(int corner_tet) const {
+    Eigen::Matrix<double, 3, 4> g;
+    g.rightCols<3>() = gradient_[corner_tet / lanes].lane(corner_tet % lanes);
+    g.col(0) = -g.rightCols<3>().rowwise().sum();
+    return g;
+}
+
+NodeGradients ElasticBody::node_gradients(int tet, int point) const {
+    if (!rest_.is_quadratic()) return corner_gradients(tet);
+    NodeGradients G = NodeGradients::Zero(3, 10);
+    const auto z = [&](int corner) { return QuadraticRule::coordinate(point, corner); };
+    for (int a = 0; a < 4; ++a) G.col(a) = z(a) * corner_gradients(4 * tet + a).col(a);
+    for (int k = 0; k < 6; ++k) {
+        const auto [a, b] = edges_of_tet[k];
+        G.col(4 + k) =
+            z(a) * corner_gradients(4 * tet + a).col(b) + z(b) * corner_gradients(4 * tet + b).col(a);
+    }
+    return G;
 }
 
 void ElasticBody::share_corner_weights() {
@@ -135,31 +163,71 @@ void ElasticBody::share_corner_weights() {
     }
 }
 
-void ElasticBody::lump_masses(const std::vector<double>& density) {
+// The integral of the product of two quadratic Bernstein polynomials with the exponents a and b, each of sum
+// 2, is volume / 210 times the product over corners of (a + b)! / (a! b!).
+void ElasticBody::set_masses(const std::vector<double>& density) {
+    const auto of_tets = nodes_of_tets(rest_);
+    const int n = nodes_per_tet();
     node_mass_ = Eigen::VectorXd::Zero(node_count());
-    for (int i = 0; i < node_count(); ++i)
-        for (const int corner : corners_.columns_of(i))
-            node_mass_[i] += density[corner / 4] * volume_[corner / 4] / 4;
+    for (int t = 0; t < element_count(); ++t)
+        for (const int node : of_tets.row(t)) node_mass_[node] += density[t] * volume_[t] / n;
+    if (!rest_.is_quadratic()) return;
+    Eigen::Matrix<double, 10, 10> shares;
+    const auto exponent = [](int node, int corner) {
+        if (node < 4) return node == corner ? 2 : 0;
+        const auto [a, b] = edges_of_tet[node - 4];
+        return a == corner || b == corner ? 1 : 0;
+    };
+    constexpr std::array<int, 5> factorial{1, 1, 2, 6, 24};
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) {
+            shares(i, j) = 1.0 / 210;
+            for (int corner = 0; corner < 4; ++corner) {
+                const int a = exponent(i, corner), b = exponent(j, corner);
+                shares(i, j) *= factorial[a + b] / (factorial[a] * factorial[b]);
+            }
+        }
+    mass_.assign(pattern_.block_count(), 0);
+    for (int t = 0; t < element_count(); ++t)
+        for (int i = 0; i < n; ++i)
+            for (int j = 0; j < n; ++j)
+                mass_[pattern_.find(of_tets(t, i), of_tets(t, j))] += density[t] * volume_[t] * shares(i, j);
 }
 
 SparseMatrix ElasticBody::mass_matrix() const {
     SparseMatrix M = pattern_.zero_matrix();
-    M.diagonal() = node_mass_.replicate<1, 3>().reshaped<Eigen::RowMajor>();
+    if (mass_.empty()) M.diagonal() = node_mass_.replicate<1, 3>().reshaped<Eigen::RowMajor>();
+    for (int i = 0; i < node_count() && !mass_.empty(); ++i)
+        for (int k = 0; k < std::ssize(pattern_.neighbours(i)); ++k)
+            pattern_.block(M, i, k).diagonal().setConstant(mass_[pattern_.first_block(i) + k]);
     return M;
+}
+
+Nodes ElasticBody::mass_product(NodesRef u) const {
+    if (mass_.empty()) return node_mass_.asDiagonal() * u;
+    Nodes product(node_count(), 3);
+    parallel_for(node_count(), [&](int i) {
+        const auto row = pattern_.neighbours(i);
+        Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
+        for (int k = 0; k < std::ssize(row); ++k) sum += mass_[pattern_.first_block(i) + k] * u.row(row[k]);
+        product.row(i) = sum;
+    });
+    return product;
 }
 
 SparseMatrix ElasticBody::rest_stiffness() const {
     SparseMatrix K = pattern_.zero_matrix();
-    for (int t = 0; t < element_count(); ++t) {
+    const auto of_tets = nodes_of_tets(rest_);
+    for (int p = 0; p < point_count(); ++p) {
+        const int t = p / points_per_tet();
         const auto& [law, mu, lambda] = moduli(t);  // all laws agree at rest
-        Eigen::Matrix<double, 3, 4> g;
-        g.rightCols<3>() = gradient_[t / lanes].lane(t % lanes);
-        g.col(0) = -g.rightCols<3>().rowwise().sum();
-        for (int a = 0; a < 4; ++a)
-            for (int b = 0; b < 4; ++b)
+        const double weight = volume_[t] / points_per_tet();
+        const NodeGradients g = node_gradients(t, p % points_per_tet());
+        for (int a = 0; a < nodes_per_tet(); ++a)
+            for (int b = 0; b < nodes_per_tet(); ++b)
                 // A stored block has the rows of b and the columns of a.
-                pattern_.block_at(K, rest_.T(t, a), rest_.T(t, b)) +=
-                    volume_[t] *
+                pattern_.block_at(K, of_tets(t, a), of_tets(t, b)) +=
+                    weight *
                     (lambda * g.col(b) * g.col(a).transpose() + mu * g.col(a) * g.col(b).transpose() +
                      mu * g.col(a).dot(g.col(b)) * Eigen::Matrix3d::Identity());
     }
@@ -177,7 +245,7 @@ void ElasticBody::sum_forces(const ElementForces& forces, Eigen::Ref<Nodes> out)
     });
 }
 
-/// Sets A from the stiffness blocks that block_of(pairs) gives for the pairs of corners of two nodes.
+/// Sets A from the stiffness blocks that block_of(pairs) gives for what two nodes have in each tetrahedron.
 template <class Block>
 void ElasticBody::fill(double mass_scale, StepMatrix& A, const Block& block_of) const {
     parallel_for(
@@ -187,9 +255,10 @@ void ElasticBody::fill(double mass_scale, StepMatrix& A, const Block& block_of) 
             for (int k = 0; k < std::ssize(row); ++k) {
                 const int j = row[k], block = pattern_.first_block(i) + k;
                 if (j <= i) continue;
-                const std::span<const CornerPair> pairs(pair_.data() + pair_offset_[block],
-                                                        pair_.data() + pair_offset_[block + 1]);
-                const Eigen::Matrix3f value = block_of(pairs);
+                const std::span<const NodePair> pairs(pair_.data() + pair_offset_[block],
+                                                      pair_.data() + pair_offset_[block + 1]);
+                Eigen::Matrix3f value = block_of(pairs);
+                if (!mass_.empty()) value.diagonal().array() += static_cast<float>(mass_scale * mass_[block]);
                 A.set(i, k, value);
                 A.set(j, mirror_[block], value.transpose());
             }
@@ -219,42 +288,49 @@ struct OuterSum {
 
 }  // namespace
 
+template <class Blocks>
+void ElasticBody::sum_blocks(double mass_scale, double stiffness_scale, const std::vector<Blocks>& of_tets,
+                             StepMatrix& A) const {
+    constexpr int n = std::is_same_v<Blocks, TetBlocks> ? 4 : 10;
+    const auto scale = static_cast<float>(stiffness_scale);
+    fill(mass_scale, A, [&](std::span<const NodePair> pairs) {
+        Eigen::Matrix3f sum = Eigen::Matrix3f::Zero();
+        for (const NodePair& pair : pairs) {
+            const Blocks& blocks = of_tets[pair.at / (n * n)];
+            const int a = pair.at / n % n, b = pair.at % n;
+            if (a < b)
+                sum += blocks[pair_of_nodes<n>(a, b)];
+            else
+                sum += blocks[pair_of_nodes<n>(b, a)].transpose();
+        }
+        sum *= scale;
+        return sum;
+    });
+}
+
 // s_a is column a of S: the gradient of shape function a, rotated by R, times the square root of the volume.
 // Block (a, b) of R K_e R^T is lambda s_a s_b^T + mu s_b s_a^T + mu s_a.s_b I. With column t_a of T, that of
 // the damping is lambda t_a t_b^T + mu t_b t_a^T + mu s_a.s_b F F^T.
 void ElasticBody::combine(double mass_scale, double stiffness_scale, const ElementPose& pose,
                           StepMatrix& A) const {
-    if (!pose.blocks.empty()) {
-        const auto scale = static_cast<float>(stiffness_scale);
-        return fill(mass_scale, A, [&](std::span<const CornerPair> pairs) {
-            Eigen::Matrix3f sum = Eigen::Matrix3f::Zero();
-            for (const CornerPair& pair : pairs) {
-                const TetBlocks& blocks = pose.blocks[pair.at / 16];
-                const int a = pair.at / 4 % 4, b = pair.at % 4;
-                if (a < b)
-                    sum += blocks[pair_of_corners(a, b)];
-                else
-                    sum += blocks[pair_of_corners(b, a)].transpose();
-            }
-            sum *= scale;
-            return sum;
-        });
-    }
+    if (!pose.blocks.empty()) return sum_blocks(mass_scale, stiffness_scale, pose.blocks, A);
+    if (!pose.quadratic_blocks.empty())
+        return sum_blocks(mass_scale, stiffness_scale, pose.quadratic_blocks, A);
     const auto lambda = static_cast<float>(stiffness_scale * moduli_[0].lambda),
                mu = static_cast<float>(stiffness_scale * moduli_[0].mu);
     if (pose.rates.empty())
-        return fill(mass_scale, A, [&](std::span<const CornerPair> pairs) {
+        return fill(mass_scale, A, [&](std::span<const NodePair> pairs) {
             OuterSum sum;
-            for (const CornerPair& pair : pairs) sum.add(pose.S[pair.at / 16], pair.at / 4 % 4, pair.at % 4);
+            for (const NodePair& pair : pairs) sum.add(pose.S[pair.at / 16], pair.at / 4 % 4, pair.at % 4);
             Eigen::Matrix3f value = sum.block(lambda, mu);
             value.diagonal().array() += mu * sum.trace();
             return value;
         });
-    fill(mass_scale, A, [&](std::span<const CornerPair> pairs) {
+    fill(mass_scale, A, [&](std::span<const NodePair> pairs) {
         OuterSum sum;
         float along = 0;
         Eigen::Vector4f diagonal = Eigen::Vector4f::Zero(), off = Eigen::Vector4f::Zero();
-        for (const CornerPair& pair : pairs) {
+        for (const NodePair& pair : pairs) {
             const int tet = pair.at / 16;
             const int a = pair.at / 4 % 4, b = pair.at % 4;
             const RateColumns& rates = pose.rates[tet];
@@ -276,14 +352,14 @@ void ElasticBody::combine(double mass_scale, double stiffness_scale, const Eleme
 }
 
 void ElasticBody::node_rotations(const ElementPose& pose, std::vector<Eigen::Matrix3f>& rotations) const {
-    // The lanes of one tetrahedron lie far apart; each is read by four nodes.
-    std::vector<Eigen::Matrix3f> of_tets(element_count());
-    parallel_for(element_count(),
-                 [&](int tet) { of_tets[tet] = pose.R[tet / lanes].lane(tet % lanes).cast<float>(); });
+    // The lanes of one point lie far apart; each is read by four nodes.
+    std::vector<Eigen::Matrix3f> of_points(point_count());
+    parallel_for(point_count(),
+                 [&](int p) { of_points[p] = pose.R[p / lanes].lane(p % lanes).cast<float>(); });
     rotations.resize(node_count());
     parallel_for(node_count(), [&](int i) {
         Eigen::Matrix3f sum = Eigen::Matrix3f::Zero();
-        for (const int corner : corners_.columns_of(i)) sum += corner_weight_[corner] * of_tets[corner / 4];
+        for (const int corner : corners_.columns_of(i)) sum += corner_weight_[corner] * of_points[corner / 4];
         rotations[i] = sum;
     });
 }

@@ -38,16 +38,18 @@ struct RateColumns {
 };
 
 /// Element results for one pose, of which matrices and their products are made. Owned by the caller, filled
-/// by ElasticBody::pose(). Batches are of `lanes` tetrahedra.
+/// by ElasticBody::pose(). Batches are of `lanes` points of integration.
 struct ElementPose {
     // [batches] rotations of the deformation gradients, det = +1 even if inverted
     std::vector<LaneMatrix3> R;
-    // Of a body of one corotated material; otherwise empty. [T]; see ElasticBody::combine(). The fourth row
-    // is zero.
+    // Of linear tetrahedra of one corotated material; otherwise empty. [T]; see ElasticBody::combine(). The
+    // fourth row is zero.
     std::vector<Eigen::Matrix4f> S;
-    // Of other bodies, of several corotated materials too, and of full tangents; otherwise empty.
+    // Of bodies that are not of one corotated material, and of full tangents; otherwise empty.
     std::vector<ElementTangent> tangents;  // [batches] times volume
-    std::vector<TetBlocks> blocks;         // [T] K + damping D, see StepMotion; empty where S is not
+    // K + damping D of each tetrahedron, see StepMotion, where S is empty: of linear or of quadratic ones.
+    std::vector<TetBlocks> blocks;                     // [T]
+    std::vector<QuadraticTetBlocks> quadratic_blocks;  // [T]
     // Of a step with damping: its deformation gradients F, see StepMotion; otherwise empty.
     std::vector<LaneMatrix3> F;      // [batches]
     double damping = 0;              // see StepMotion; 0 without
@@ -72,18 +74,27 @@ enum class Tangent {
     full,     // all, without negative eigenvalues
 };
 
-/// Forces of each tetrahedron on its nodes 1 to 3, as columns, N. Node 0 has minus their sum. [T].
+/// Gradients of the shape functions of a tetrahedron's nodes at a point, 1/m.
+using NodeGradients = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 10>;
+
+/// Forces of each of the ElasticBody's corner tetrahedra on its nodes 1 to 3, as columns, N. Node 0 has
+/// minus their sum.
 using ElementForces = std::vector<Eigen::Matrix3d>;
 
-/// Elasticity on linear tetrahedra: forces, energies and products in double precision, matrices of poses in
-/// single precision. The laws are those of `respond`; a body may have regions of several.
+/// Elasticity on linear or quadratic tetrahedra: forces, energies and products in double precision, matrices
+/// of poses in single precision. The laws are those of `respond`; a body may have regions of several.
+///
+/// Energy is integrated by one point in a linear tetrahedron and by four in a quadratic one, where
+/// barycentric coordinates are 0.585 for one corner and 0.138 for the others [HammerStroud56]: exact for
+/// products of its deformation gradients, which are linear. Gradients at the points are sums of those at
+/// corners, which are those of its corner_tets(), so that both kinds run through the same loops.
 ///
 /// Energy of a corotated element: E_e = V (mu |F - R|^2 + lambda/2 tr(R^T F - I)^2), where R is the rotation
 /// of F's polar decomposition. The force f_e = -R K_e (R^T x - X) is exactly -dE_e/dx: the derivative of R
 /// drops out because R^T F is symmetric. The tangent K = sum of R K_e R^T neglects dR/dx and is therefore
 /// positive semi-definite in every pose; where R^T F = I it is the exact Hessian. The tangents of other laws
-/// are exact but for negative eigenvalues, which become zero element by element. Masses are lumped: each node
-/// has a quarter of the mass of each of its tetrahedra.
+/// are exact but for negative eigenvalues, which become zero element by element. Masses of linear tetrahedra
+/// are lumped, a quarter at each node; those of quadratic ones are consistent.
 ///
 /// Immutable: several simulated copies and threads may share it, each with its own ElementPose. All loops run
 /// in parallel and sum in a fixed order, so the bits do not depend on the number of threads.
@@ -102,6 +113,11 @@ class ElasticBody {
     int element_count() const noexcept { return rest_.T.rows(); }
     int unknown_count() const noexcept { return 3 * node_count(); }
     const TetMesh& rest() const noexcept { return rest_; }
+    /// Of integration: point p belongs to tetrahedron p / points_per_tet().
+    int points_per_tet() const noexcept { return rest_.is_quadratic() ? 4 : 1; }
+    int point_count() const noexcept { return points_per_tet() * element_count(); }
+    /// See nbd::corner_tets(). [points, 4].
+    const Tets& corner_tets() const noexcept { return corner_tets_; }
     /// Shared by this body and its copies, and by no other. A cache that holds it weakly cannot take a new
     /// body for an old one, as it might by the address.
     struct Identity {};
@@ -110,24 +126,26 @@ class ElasticBody {
     const Moduli& moduli(int tet) const noexcept { return moduli_[moduli_index(tet)]; }
     double young(int tet) const noexcept { return young_[moduli_index(tet)]; }  // Pa
     const Eigen::VectorXd& rest_volumes() const noexcept { return volume_; }    // [T], m3
-    const Eigen::VectorXd& node_masses() const noexcept { return node_mass_; }  // [N], kg
+    const Eigen::VectorXd& node_masses() const noexcept { return node_mass_; }  // [N] sums of M's rows, kg
     double mass() const noexcept { return node_mass_.sum(); }                   // kg
     const BlockPattern& pattern() const noexcept { return pattern_; }
     SparseMatrix mass_matrix() const;  // in pattern(), kg
+    /// M u. u: [N, 3].
+    Nodes mass_product(NodesRef u) const;
     /// K in the rest pose, in double precision, in pattern(), N/m.
     SparseMatrix rest_stiffness() const;
 
-    // Tetrahedra are processed in batches of `lanes`. In results of a batch, lanes after its last tetrahedron
-    // repeat that.
+    // Points are processed in batches of `lanes`, all points of a tetrahedron in one. In results of a batch,
+    // those of lanes after its last point have no meaning.
     int batch_count() const noexcept { return gradient_.size(); }
-    int first_tet(int batch) const noexcept { return batch * lanes; }
-    int tets_of(int batch) const noexcept { return std::min(lanes, element_count() - batch * lanes); }
+    int first_point(int batch) const noexcept { return batch * lanes; }
+    int points_of(int batch) const noexcept { return std::min(lanes, point_count() - batch * lanes); }
     LaneModuli lane_moduli(int batch) const;
     PrincipalLanes principal_stretches_of(NodesRef x, int batch) const;
     /// Deformation gradients and first Piola-Kirchhoff stresses P = dpsi/dF, Pa, for the positions x, [N, 3].
     void stress_of(NodesRef x, int batch, LaneMatrix3& F, LaneMatrix3& P) const;
 
-    /// The deformation gradient of a tetrahedron for the positions x, [N, 3].
+    /// The mean deformation gradient of a tetrahedron for the positions x, [N, 3].
     Eigen::Matrix3d deformation_gradient(NodesRef x, int tet) const;
 
     /// Measures the elements at the positions x [N, 3], metres.
@@ -170,7 +188,9 @@ class ElasticBody {
     void list_incidences();
     void share_corner_weights();
     std::vector<double> set_materials(const std::vector<MaterialRegion>& regions);
-    void lump_masses(const std::vector<double>& density);
+    int point_in(int batch, int lane) const noexcept {
+        return first_point(batch) + std::min(lane, points_of(batch) - 1);
+    }
     void gradients(NodesRef x, int batch, LaneMatrix3& F) const;
     Lanes volumes(int batch) const;
     void measure_batch(NodesRef x, int batch, ElementReport& report) const;
@@ -178,7 +198,11 @@ class ElasticBody {
                     LaneMatrix3& P) const;
     void corotated_batch(NodesRef x, int batch, const StepMotion* motion, ElementPose& pose,
                          ElementForces& forces) const;
-    Eigen::Vector3d shape_gradient(int tet, int corner) const;
+    Eigen::Matrix<double, 3, 4> corner_gradients(int corner_tet) const;
+    NodeGradients node_gradients(int tet, int point) const;
+    void set_masses(const std::vector<double>& density);
+    void store_blocks(int batch, LaneBlocks& of_points, ElementPose& pose) const;
+    int nodes_per_tet() const noexcept { return rest_.is_quadratic() ? 10 : 4; }
     template <class ColumnsOf>
     void store_columns(int batch, const LaneMatrix3& F, const Lanes& weight,
                        const ColumnsOf& columns_of) const;
@@ -195,8 +219,11 @@ class ElasticBody {
     }
     template <class Block>
     void fill(double mass_scale, StepMatrix& A, const Block& block) const;
+    template <class Blocks>
+    void sum_blocks(double mass_scale, double stiffness_scale, const std::vector<Blocks>& of_tets,
+                    StepMatrix& A) const;
     bool is_corotated() const noexcept;
-    void store_forces(int batch, const LaneMatrix3& P, ElementForces& forces) const;
+    void store_forces(int batch, LaneMatrix3 P, ElementForces& forces) const;
 
     std::shared_ptr<const Identity> identity_ = std::make_shared<const Identity>();
     TetMesh rest_;
@@ -207,24 +234,26 @@ class ElasticBody {
     BlockPattern pattern_;
     std::shared_ptr<const SweepOrder> order_;  // of the pattern
     Eigen::VectorXd volume_;                   // [T]
-    // Rest gradients of shape functions 1 to 3, 1/m: columns of the transposed inverse of the rest edges.
-    // Stored in batches of `lanes` elements; the last batch repeats its last element.
+    Tets corner_tets_;                         // [points, 4]
+    // Rest gradients of the shape functions 1 to 3 of corner tetrahedra, 1/m: columns of the transposed
+    // inverse of the rest edges. Stored in batches of `lanes`; the last batch repeats its last one.
     std::vector<LaneMatrix3> gradient_;
-    // [4 T] volume times squared norm of the shape function's gradient, as a share of the node's sum.
+    // [4 points] volume times squared norm of the shape function's gradient, as a share of the node's sum.
     std::vector<float> corner_weight_;
     Eigen::VectorXd node_mass_;  // [N]
+    std::vector<double> mass_;   // [blocks] of quadratic tetrahedra: M, each times the identity; else empty
 
-    RowLists corners_;  // of each node, 4 t + a, ascending: the fixed order of all sums
-    // Corners a, b of a tetrahedron t, and its volume times the product of the gradients of their shape
-    // functions.
-    struct CornerPair {
-        int at;  // 16 t + 4 a + b
+    RowLists corners_;  // of each node, 4 p + a of corner tetrahedra, ascending: the fixed order of all sums
+    // Nodes a, b of a tetrahedron t; of linear ones, its volume times the product of the gradients of their
+    // shape functions.
+    struct NodePair {
+        int at;  // n (n t + a) + b with n nodes of a tetrahedron
         float along;
     };
     // Those of each block (i, j) with j > i, by block number. The other triangle is mirrored when written,
     // and the diagonal follows from the sums of rows.
     std::vector<int> pair_offset_;  // [blocks + 1]
-    std::vector<CornerPair> pair_;
+    std::vector<NodePair> pair_;
     std::vector<int> mirror_;  // [blocks] for block (i, j), the position of i among the neighbours of j
 };
 

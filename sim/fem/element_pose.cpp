@@ -1,9 +1,13 @@
 // The passes of ElasticBody over the elements of a pose: `lanes` tetrahedra at a time.
 #include <Eigen/LU>
+#include <array>
 #include <cmath>
+#include <span>
+#include <utility>
 
 #include "meshing/parallel/parallel_for.hpp"
 #include "sim/fem/elastic_body.hpp"
+#include "sim/fem/quadratic_points.hpp"
 
 namespace nbd {
 namespace {
@@ -59,23 +63,26 @@ void append(ElementReport& all, const ElementReport& later) {
 }  // namespace
 
 Eigen::Matrix3d ElasticBody::deformation_gradient(NodesRef x, int tet) const {
-    return edges(x, rest_.T, tet) * gradient_[tet / lanes].lane(tet % lanes).transpose();
+    Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+    for (int p = points_per_tet() * tet; p < points_per_tet() * (tet + 1); ++p)
+        sum += edges(x, corner_tets_, p) * gradient_[p / lanes].lane(p % lanes).transpose();
+    return sum / points_per_tet();
 }
 
-/// The deformation gradients of a batch; the last batch repeats its last tetrahedron.
+/// The deformation gradients at the points of a batch.
 void ElasticBody::gradients(NodesRef x, int batch, LaneMatrix3& F) const {
     LaneMatrix3 D;
-    for (int l = 0; l < lanes; ++l)
-        D.set_lane(l, edges(x, rest_.T, first_tet(batch) + std::min(l, tets_of(batch) - 1)));
+    for (int l = 0; l < lanes; ++l) D.set_lane(l, edges(x, corner_tets_, point_in(batch, l)));
     const LaneMatrix3& g = gradient_[batch];
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) F(i, j) = D(i, 0) * g(j, 0) + D(i, 1) * g(j, 1) + D(i, 2) * g(j, 2);
+    if (rest_.is_quadratic()) move_to_points(F);
 }
 
 LaneModuli ElasticBody::lane_moduli(int batch) const {
     LaneModuli result;
     for (int l = 0; l < lanes; ++l) {
-        const auto& [law, mu, lambda] = moduli(first_tet(batch) + std::min(l, tets_of(batch) - 1));
+        const auto& [law, mu, lambda] = moduli(point_in(batch, l) / points_per_tet());
         result.law[l] = law;
         result.mu[l] = mu;
         result.lambda[l] = lambda;
@@ -117,7 +124,6 @@ ElementReport ElasticBody::measure(NodesRef x) const {
 
 /// Adds a batch to the report on earlier ones.
 void ElasticBody::measure_batch(NodesRef x, int batch, ElementReport& report) const {
-    const int first = first_tet(batch), count = tets_of(batch);
     LaneMatrix3 F, R;
     gradients(x, batch, F);
     rotations_of(F, R);
@@ -127,17 +133,22 @@ void ElasticBody::measure_batch(NodesRef x, int batch, ElementReport& report) co
                 density = is_corotated()
                               ? corotated_energy(moduli_[0], F, R)
                               : respond(lane_moduli(batch), principal_stretches(F, R).sigma).energy;
-    for (int l = 0; l < count; ++l) {
+    const Lanes volume = volumes(batch);
+    int inverted = -1, non_finite = -1;  // the last such tetrahedron
+    for (int l = 0; l < points_of(batch); ++l) {
+        const int tet = (first_point(batch) + l) / points_per_tet();
         if (!std::isfinite(det[l])) {
-            if (report.non_finite++ == 0) report.first_non_finite = first + l;
+            if (std::exchange(non_finite, tet) != tet && report.non_finite++ == 0)
+                report.first_non_finite = tet;
             continue;
         }
-        report.energy += volume_[first + l] * density[l];
+        report.energy += volume[l] * density[l];
         report.min_det = std::min(report.min_det, det[l]);
-        if (det[l] <= 0 && report.inverted++ == 0) report.first_inverted = first + l;
+        if (det[l] <= 0 && std::exchange(inverted, tet) != tet && report.inverted++ == 0)
+            report.first_inverted = tet;
         if (const double stretch = std::sqrt(squared[l]); stretch > report.stretch) {
             report.stretch = stretch;
-            report.most_stretched = first + l;
+            report.most_stretched = tet;
         }
     }
 }
@@ -149,16 +160,17 @@ bool ElasticBody::is_corotated() const noexcept {
 void ElasticBody::pose(NodesRef x, ElementPose& pose, ElementForces& forces, Tangent tangent,
                        const StepMotion* motion) const {
     const std::size_t tets = element_count();
-    const bool corotated = is_corotated() && tangent == Tangent::rotated,
+    const bool corotated = is_corotated() && tangent == Tangent::rotated, quadratic = rest_.is_quadratic(),
                is_damped = motion && motion->damping > 0;
     pose.R.resize(gradient_.size());
-    pose.S.resize(corotated ? tets : 0);
+    pose.S.resize(corotated && !quadratic ? tets : 0);
     pose.tangents.resize(corotated ? 0 : gradient_.size());
-    pose.blocks.resize(corotated ? 0 : tets);
+    pose.blocks.resize(corotated || quadratic ? 0 : tets);
+    pose.quadratic_blocks.resize(quadratic ? tets : 0);
     pose.F.resize(is_damped ? gradient_.size() : 0);
     pose.damping = is_damped ? motion->damping : 0;
-    pose.rates.resize(corotated && is_damped ? tets : 0);
-    forces.resize(tets);
+    pose.rates.resize(corotated && !quadratic && is_damped ? tets : 0);
+    forces.resize(point_count());
     parallel_for(
         gradient_.size(),
         [&](int batch) {
@@ -170,9 +182,11 @@ void ElasticBody::pose(NodesRef x, ElementPose& pose, ElementForces& forces, Tan
         64);
 }
 
+/// Those that belong to the points, m3.
 Lanes ElasticBody::volumes(int batch) const {
     Lanes volume;
-    for (int l = 0; l < lanes; ++l) volume[l] = volume_[first_tet(batch) + std::min(l, tets_of(batch) - 1)];
+    for (int l = 0; l < lanes; ++l)
+        volume[l] = volume_[point_in(batch, l) / points_per_tet()] / points_per_tet();
     return volume;
 }
 
@@ -211,6 +225,12 @@ void ElasticBody::corotated_batch(NodesRef x, int batch, const StepMotion* motio
         P.entries[k] = -volume * (2 * mu * (F.entries[k] - R.entries[k]) + lambda * trace * R.entries[k]);
     if (motion) add_motion(batch, F, *motion, pose, P);
     store_forces(batch, P, forces);
+    if (rest_.is_quadratic()) {
+        LaneBlocks blocks;
+        for (LaneMatrix3& block : blocks) block.entries.fill(Lanes::Zero());
+        strain_form(batch, R).add_blocks(gradient_[batch], blocks);
+        return store_blocks(batch, blocks, pose);
+    }
     store_columns(batch, R, volume, [&](std::size_t tet) -> Eigen::Matrix4f& { return pose.S[tet]; });
     if (!pose.rates.empty()) store_rates(batch, pose);
 }
@@ -238,8 +258,19 @@ void ElasticBody::principal_batch(NodesRef x, int batch, const StepMotion* motio
     store_forces(batch, P, forces);
     LaneBlocks blocks;
     stiffness_blocks(kept, gradient_[batch], blocks);
-    if (pose.damping != 0) add_damping(batch, pose, blocks);
-    store_blocks(blocks, tets_of(batch), &pose.blocks[first_tet(batch)]);
+    store_blocks(batch, blocks, pose);
+}
+
+/// Stores the blocks of the elasticity, with damping. of_points: of linear tetrahedra at the points.
+void ElasticBody::store_blocks(int batch, LaneBlocks& of_points, ElementPose& pose) const {
+    if (pose.damping != 0) add_damping(batch, pose, of_points);
+    if (!rest_.is_quadratic())
+        return nbd::store_blocks(of_points, points_of(batch), &pose.blocks[first_point(batch)]);
+    std::array<TetBlocks, lanes> points;
+    nbd::store_blocks(of_points, lanes, points.data());
+    for (int first = 0; first < points_of(batch); first += 4)
+        pose.quadratic_blocks[(first_point(batch) + first) / 4] =
+            stiffness_of_points(std::span(points).subspan(first).first<4>());
 }
 
 /// Adds its share of the damping to the blocks of the elasticity.
@@ -263,12 +294,12 @@ void ElasticBody::store_columns(int batch, const LaneMatrix3& F, const Lanes& we
             S[a + 1] = root * (F(i, 0) * g(0, a) + F(i, 1) * g(1, a) + F(i, 2) * g(2, a));
             S[0] -= S[a + 1];
         }
-        for (int l = 0; l < tets_of(batch); ++l) {
-            Eigen::Matrix4f& columns = columns_of(first_tet(batch) + l);
+        for (int l = 0; l < points_of(batch); ++l) {
+            Eigen::Matrix4f& columns = columns_of(first_point(batch) + l);
             for (int a = 0; a < 4; ++a) columns(i, a) = static_cast<float>(S[a][l]);
         }
     }
-    for (int l = 0; l < tets_of(batch); ++l) columns_of(first_tet(batch) + l).row(3).setZero();
+    for (int l = 0; l < points_of(batch); ++l) columns_of(first_point(batch) + l).row(3).setZero();
 }
 
 void ElasticBody::store_rates(int batch, ElementPose& pose) const {
@@ -280,20 +311,22 @@ void ElasticBody::store_rates(int batch, ElementPose& pose) const {
     };
     const Lanes xx = entry(0, 0), yy = entry(1, 1), zz = entry(2, 2), xy = entry(0, 1), xz = entry(0, 2),
                 yz = entry(1, 2);
-    for (int l = 0; l < tets_of(batch); ++l) {
-        RateColumns& of_tet = pose.rates[first_tet(batch) + l];
+    for (int l = 0; l < points_of(batch); ++l) {
+        RateColumns& of_tet = pose.rates[first_point(batch) + l];
         of_tet.diagonal = Eigen::Vector4d(xx[l], yy[l], zz[l], 0).cast<float>();
         of_tet.off = Eigen::Vector4d(xy[l], xz[l], yz[l], 0).cast<float>();
     }
 }
 
-/// The forces on nodes 1 to 3 of a batch whose stress [Pa] times volume is -P.
-void ElasticBody::store_forces(int batch, const LaneMatrix3& P, ElementForces& forces) const {
+/// The forces on nodes 1 to 3 of a batch of corner tetrahedra. P: minus the stress at the points [Pa] times
+/// volume.
+void ElasticBody::store_forces(int batch, LaneMatrix3 P, ElementForces& forces) const {
     const LaneMatrix3& g = gradient_[batch];
+    if (rest_.is_quadratic()) move_to_points(P);
     for (int i = 0; i < 3; ++i)
         for (int a = 0; a < 3; ++a) {
             const Lanes f = P(i, 0) * g(0, a) + P(i, 1) * g(1, a) + P(i, 2) * g(2, a);
-            for (int l = 0; l < tets_of(batch); ++l) forces[first_tet(batch) + l](i, a) = f[l];
+            for (int l = 0; l < points_of(batch); ++l) forces[first_point(batch) + l](i, a) = f[l];
         }
 }
 
@@ -307,7 +340,7 @@ StrainForm ElasticBody::strain_form(int batch, const LaneMatrix3& F) const {
 /// out = (of_stiffness K + of_damping D) u.
 void ElasticBody::product(const ElementPose& pose, NodesRef u, double of_stiffness, double of_damping,
                           ElementForces& scratch, Eigen::Ref<Nodes> out) const {
-    scratch.resize(element_count());
+    scratch.resize(point_count());
     parallel_for(
         gradient_.size(),
         [&](int batch) {

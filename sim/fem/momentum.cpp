@@ -9,8 +9,7 @@ Nodes from_centre(const ElasticBody& body, NodesRef x) {
 
 /// r^T M u, the sum of the masses times r_i u_j^T.
 Eigen::Matrix3d moments(const ElasticBody& body, const Nodes& r, const Nodes& u) {
-    const Nodes product = body.node_masses().asDiagonal() * u;
-    return r.transpose() * product;
+    return r.transpose() * body.mass_product(u);
 }
 
 /// The sum of r cross M v. r: from the centre.
@@ -50,8 +49,7 @@ void add_motion(const ElasticBody& body, const RigidVector& motion, BodyState& s
 }
 
 double kinetic_energy(const ElasticBody& body, NodesRef v) {
-    const Nodes p = body.node_masses().asDiagonal() * v;
-    return 0.5 * p.cwiseProduct(v).sum();
+    return 0.5 * body.mass_product(v).cwiseProduct(v).sum();
 }
 
 }  // namespace nbd

@@ -21,7 +21,7 @@ StepSystem::StepSystem(const ElasticBody& body)
       free_(body.node_count(), 3),
       image_(body.node_count(), 3) {}
 
-void StepSystem::assemble(const BodyState& start, const TimeStep& step, const Loads& loads, const Nodes& w,
+void StepSystem::assemble(const StepStart& start, const TimeStep& step, const Loads& loads, const Nodes& w,
                           Tangent tangent) {
     const auto [dt, c] = step;
     const auto require_rows = [&](Eigen::Index rows, const char* name) {
@@ -33,6 +33,7 @@ void StepSystem::assemble(const BodyState& start, const TimeStep& step, const Lo
         throw std::invalid_argument(fmt::format("step: dt is {} s, allowed: finite and > 0", dt));
     require_rows(start.x.rows(), "x");
     require_rows(start.v.rows(), "v");
+    if (start.impulses.rows() > 0) require_rows(start.impulses.rows(), "impulses");
     if (loads.forces.rows() > 0) require_rows(loads.forces.rows(), "forces");
     if (w.rows() > 0) require_rows(w.rows(), "w");
 
@@ -49,8 +50,8 @@ void StepSystem::assemble(const BodyState& start, const TimeStep& step, const Lo
 
     if (loads.forces.rows() > 0) impulse_ += dt * loads.forces;
     Eigen::Map<Nodes> b(b_.data(), body_.node_count(), 3);
-    b = body_.node_masses().asDiagonal() * ((c * start.v).rowwise() + dt * loads.gravity.transpose()) +
-        impulse_;
+    b = c * body_.mass_product(start.v) + body_.node_masses() * (dt * loads.gravity.transpose()) + impulse_;
+    if (start.impulses.rows() > 0) b += c * start.impulses;
     double squared = 0, held_squared = 0;
     for (int i = 0; i < body_.node_count(); ++i) {
         const double mass = body_.node_masses()[i];
@@ -85,7 +86,7 @@ void StepSystem::multiply(const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::Ref
     }
     if (!is_known) body_.tangent_product(elements_, free_, forces_, image_);
     is_image_known_ = true;
-    result = mass_scale_ * (body_.node_masses().asDiagonal() * free_) + elastic_scale_ * image_;
+    result = mass_scale_ * body_.mass_product(free_) + elastic_scale_ * image_;
     for (Eigen::Index i = 0; i < nodes; ++i)
         if (prescribed_[i]) result.row(i) = given.row(i);
 }
@@ -124,14 +125,15 @@ double StepPotential::value(const Nodes& v) {
     const auto [dt, c] = step_;
     const Eigen::VectorXd& masses = body_.node_masses();
     const Nodes change = c * v - start_.v;
-    Nodes product = masses.asDiagonal() * change;
+    Nodes product = body_.mass_product(change);
     double sum = 0.5 * product.cwiseProduct(change).sum();
-    product = masses.asDiagonal() * v;
+    product = body_.mass_product(v);
     sum += 0.5 * c * c * dt * material.rayleigh_mass * product.cwiseProduct(v).sum();
-    // Relative to v*, so that the speed of a body does not drown what changes.
+    // Relative to the start, so that the speed of a body does not drown what changes.
     const Nodes relative = v - start_.v;
     sum -= dt * (relative.transpose() * masses).dot(loads_.gravity);
     if (loads_.forces.rows() > 0) sum -= dt * loads_.forces.cwiseProduct(relative).sum();
+    if (start_.impulses.rows() > 0) sum -= c * start_.impulses.cwiseProduct(relative).sum();
     body_.damping_product(damping_, v, forces_, product);
     sum += 0.5 * c * dt * material.rayleigh_stiffness * product.cwiseProduct(v).sum();
     return sum + body_.measure(start_.x + dt * v).energy;
@@ -140,9 +142,9 @@ double StepPotential::value(const Nodes& v) {
 Nodes StepPotential::gradient(const Nodes& v) {
     const Material& material = body_.material();
     const auto [dt, c] = step_;
-    const Nodes inertia =
-        body_.node_masses().asDiagonal() * (c * c * (1 + dt * material.rayleigh_mass) * v - c * start_.v -
-                                            (dt * loads_.gravity.transpose()).replicate(v.rows(), 1));
+    Nodes inertia = body_.mass_product(c * c * (1 + dt * material.rayleigh_mass) * v - c * start_.v -
+                                       (dt * loads_.gravity.transpose()).replicate(v.rows(), 1));
+    if (start_.impulses.rows() > 0) inertia -= c * start_.impulses;
     Nodes damping(v.rows(), 3), force(v.rows(), 3);
     body_.damping_product(damping_, v, forces_, damping);
     body_.pose(start_.x + dt * v, end_, forces_);

@@ -44,7 +44,7 @@ class StepSystem {
 
     /// Sets A and b and clears all prescribed nodes. w: [N, 3] m/s, or empty for start.v / c. Throws
     /// std::invalid_argument for wrong shapes or dt.
-    void assemble(const BodyState& start, const TimeStep& step, const Loads& loads, const Nodes& w = {},
+    void assemble(const StepStart& start, const TimeStep& step, const Loads& loads, const Nodes& w = {},
                   Tangent tangent = Tangent::rotated);
 
     /// A = mass_scale M + stiffness_scale K of the last assemble() in the rest pose, where D = K, before
@@ -106,7 +106,7 @@ class StepPotential {
  public:
     /// Stores references to all arguments but the step. damping: elements of the step, which define the
     /// damping matrix D.
-    StepPotential(const ElasticBody& body, const BodyState& start, const TimeStep& step, const Loads& loads,
+    StepPotential(const ElasticBody& body, const StepStart& start, const TimeStep& step, const Loads& loads,
                   const ElementPose& damping)
         : body_(body), start_(start), step_(step), loads_(loads), damping_(damping) {}
 
@@ -117,7 +117,7 @@ class StepPotential {
 
  private:
     const ElasticBody& body_;
-    const BodyState& start_;
+    const StepStart& start_;
     TimeStep step_;
     const Loads& loads_;
     const ElementPose& damping_;

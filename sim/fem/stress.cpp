@@ -7,7 +7,7 @@
 namespace nbd {
 
 Eigen::VectorXd von_mises_stress(const ElasticBody& body, NodesRef x) {
-    Eigen::VectorXd stress(body.element_count());
+    Eigen::VectorXd stress(body.point_count());
     parallel_for(body.batch_count(), [&](int batch) {
         const LaneModuli moduli = body.lane_moduli(batch);
         const PrincipalLanes sigma = body.principal_stretches_of(x, batch);
@@ -19,19 +19,20 @@ Eigen::VectorXd von_mises_stress(const ElasticBody& body, NodesRef x) {
         }
         const Lanes squared = (principal[0] - principal[1]).square() +
                               (principal[1] - principal[2]).square() + (principal[2] - principal[0]).square();
-        for (int l = 0; l < body.tets_of(batch); ++l)
-            stress[body.first_tet(batch) + l] = std::sqrt(squared[l] / 2);
+        for (int l = 0; l < body.points_of(batch); ++l)
+            stress[body.first_point(batch) + l] = std::sqrt(squared[l] / 2);
     });
-    return stress;
+    const int per_tet = body.points_per_tet();
+    return stress.reshaped(per_tet, body.element_count()).colwise().mean().transpose();
 }
 
 ElementStress element_stress(const ElasticBody& body, NodesRef x) {
-    ElementStress result{Vertices(3 * body.element_count(), 3), Vertices(3 * body.element_count(), 3)};
+    ElementStress result{Vertices(3 * body.point_count(), 3), Vertices(3 * body.point_count(), 3)};
     parallel_for(body.batch_count(), [&](int batch) {
         LaneMatrix3 F, P;
         body.stress_of(x, batch, F, P);
-        for (int l = 0; l < body.tets_of(batch); ++l) {
-            const Eigen::Index row = 3 * (body.first_tet(batch) + l);
+        for (int l = 0; l < body.points_of(batch); ++l) {
+            const Eigen::Index row = 3 * (body.first_point(batch) + l);
             result.F.middleRows<3>(row) = F.lane(l).cast<float>();
             result.P.middleRows<3>(row) = P.lane(l).cast<float>();
         }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <utility>
+
 #include "meshing/surface/mesh.hpp"
 
 namespace nbd {
@@ -7,6 +9,14 @@ namespace nbd {
 /// Positions and velocities of a body's nodes, both [N, 3], m and m/s.
 struct BodyState {
     Nodes x, v;
+};
+
+/// Where a step starts, (x*, v*) with v* = v + M^-1 impulses.
+struct StepStart : BodyState {
+    Nodes impulses{};  // [N, 3] N s, or empty for none
+
+    StepStart() = default;
+    explicit StepStart(BodyState state) : BodyState(std::move(state)) {}
 };
 
 /// Weights of rates at the end of a step, at its start and at the start of the one before: what a step adds

@@ -34,7 +34,7 @@ Corners corners(const LaneMatrix3& columns) noexcept {
     return result;
 }
 
-std::size_t pair_index(std::size_t a, std::size_t b) noexcept { return pair_of_corners(a, b); }
+std::size_t pair_index(int a, int b) noexcept { return pair_of_nodes<4>(a, b); }
 
 }  // namespace
 

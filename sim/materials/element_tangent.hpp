@@ -22,11 +22,17 @@ struct ElementTangent {
     LaneMatrix3 multiply(const LaneMatrix3& H) const noexcept;
 };
 
-/// The blocks (a, b), a < b, of a tetrahedron's stiffness matrix: (0, 1), (0, 2), (0, 3), (1, 2), (1, 3),
-/// (2, 3). The blocks (b, a) are their transposes.
+/// The blocks (a, b), a < b, of the stiffness matrix of a tetrahedron of four nodes: (0, 1), (0, 2), (0, 3),
+/// (1, 2), (1, 3), (2, 3). The blocks (b, a) are their transposes.
 using TetBlocks = std::array<Eigen::Matrix3f, 6>;
+/// Likewise of ten nodes.
+using QuadraticTetBlocks = std::array<Eigen::Matrix3f, 45>;
 
-constexpr int pair_of_corners(int a, int b) noexcept { return a == 0 ? b - 1 : a + b; }
+/// The place of nodes a < b among the pairs of a tetrahedron of so many nodes.
+template <int nodes>
+constexpr int pair_of_nodes(int a, int b) noexcept {
+    return a * (2 * nodes - 1 - a) / 2 + b - a - 1;
+}
 
 /// These blocks of `lanes` elements.
 using LaneBlocks = std::array<LaneMatrix3, 6>;

@@ -138,13 +138,18 @@ SceneMeshing read_meshing(JsonObject from, BodySource source) {
     SceneMeshing meshing;
     meshing.tets.nodes = from.integer("nodes", 0, {0, 1e8, "between 0 and 100000000"});
     meshing.tets.grading = from.number("grading", meshing.tets.grading, {0, 2, "between 0 and 2"});
+    meshing.edge = from.number("edge", meshing.edge, not_negative);
+    if (meshing.edge > 0 && meshing.tets.nodes > 0) from.problem("nodes", "must not be beside \"edge\"");
+    meshing.elements = from.choice("elements", "linear", {"linear", "quadratic"}) == "linear"
+                           ? Elements::linear
+                           : Elements::quadratic;
     meshing.scale = from.number("scale", meshing.scale, positive);
     meshing.weld = from.number("weld", meshing.weld, not_negative);
     meshing.levels = from.integer("subdivide", 0, {0, 4, "between 0 and 4"});
     if (from.choice("subdivision", "midpoint", {"midpoint", "loop"}) == "loop")
         meshing.scheme = SubdivisionScheme::loop;
     if (source == BodySource::tets)
-        for (const char* key : {"nodes", "grading", "weld"})
+        for (const char* key : {"edge", "nodes", "grading", "weld"})
             if (from.has(key))
                 from.problem(key, "applies to surfaces only; given tetrahedra are not remeshed");
     from.finish();

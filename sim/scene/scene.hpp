@@ -12,6 +12,7 @@
 
 #include "collision/tree/collision_tree.hpp"
 #include "meshing/body/body.hpp"
+#include "meshing/surface/quadratic_tets.hpp"
 #include "meshing/surface/subdivide.hpp"
 #include "meshing/tets/tetrahedralize.hpp"
 #include "sim/json/json_object.hpp"
@@ -58,9 +59,11 @@ enum class BodySource {
 /// Settings for filling a surface and refining the collision surface.
 struct SceneMeshing {
     TetrahedralizeConfig tets;
-    double scale = 1;  // of the file's coordinates
-    double weld = 0;   // metres, see weld_within(); 0: not
-    int levels = 0;    // subdivision levels
+    double edge = 0;                     // of tetrahedra at the surface, metres; 0: the surface's own
+    std::optional<Elements> elements{};  // empty: as in the file; linear ones in a surface
+    double scale = 1;                    // of the file's coordinates
+    double weld = 0;                     // metres, see weld_within(); 0: not
+    int levels = 0;                      // subdivision levels
     SubdivisionScheme scheme = SubdivisionScheme::midpoint;
 };
 

@@ -87,7 +87,7 @@ std::vector<std::string> scene_body_warnings(const SceneSpec& spec, std::span<co
         add(b, thin[&body]);
         try {
             const BodyMaterials materials = scene_materials(spec.bodies[b], bodies[b]);
-            add(b, locking_hint(materials.material, materials.regions));
+            add(b, locking_hint(body.tets, materials.material, materials.regions));
         } catch (const std::invalid_argument&) {  // a problem of its own
         }
     }

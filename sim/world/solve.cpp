@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -28,8 +29,6 @@ bool leads_somewhere(double dt, const Eigen::VectorXd& v) {
     return v.size() == 0 || (v.allFinite() && dt * v.cwiseAbs().maxCoeff() < farthest);
 }
 
-bool moves(const PrescribedNodes& given) { return !given.v.isZero(0); }
-
 }  // namespace
 
 std::vector<Nodes> World::nodes_now() const {
@@ -52,6 +51,19 @@ Eigen::VectorXd World::leads(double dt) const {
         Eigen::Map<Nodes>(leads.data() + first_unknown_[b], bodies_[b].state.x.rows(), 3) =
             (bodies_[b].start.x - bodies_[b].state.x) / dt;
     return leads;
+}
+
+/// Whether nodes end elsewhere than they are because their velocities are given: beyond rounding.
+bool World::held_nodes_move(double dt, const std::vector<PrescribedNodes>& given) const {
+    constexpr double unit = 8 * std::numeric_limits<double>::epsilon();
+    for (std::size_t b = 0; b < bodies_.size(); ++b)
+        for (std::size_t k = 0; k < given[b].nodes.size(); ++k) {
+            const int node = given[b].nodes[k];
+            const auto now = bodies_[b].state.x.row(node);
+            const Eigen::RowVector3d end = bodies_[b].start.x.row(node) + dt * given[b].v.row(k);
+            if ((end - now).norm() > unit * (now.norm() + dt * given[b].v.row(k).norm())) return true;
+        }
+    return false;
 }
 
 /// Contacts of the iterate v, after a share of the motion proposed last, with the gaps that linear motion
@@ -121,7 +133,7 @@ World::Rejection World::solve(const StepPart& part, Eigen::VectorXd& v, WorldRep
     Eigen::VectorXd to = stacked(&World::likely_velocities, given);
     v = -leads(dt);
     // How far grips and obstacles have come.
-    double progress = barrier().obstacles_move() || std::ranges::any_of(given, moves) ? 0 : 1;
+    double progress = barrier().obstacles_move() || held_nodes_move(dt, given) ? 0 : 1;
     constexpr const char* too_large = "the velocities of the step are too large, or not finite";
     if (!leads_somewhere(dt, to)) return {.reason = too_large, .fatal = true};
     look(dt, v, to, progress, report);

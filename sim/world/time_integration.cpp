@@ -28,7 +28,7 @@ Momentum outer_load(const ElasticBody& elastic, NodesRef x, const Loads& loads) 
 void World::choose_steps(double dt) {
     knows_last_ = false;
     for (Body& body : bodies_) {
-        body.start = body.state;
+        body.start = StepStart(body.state);
         measure_inner_forces(body, dt);
     }
     step_ = dt;
@@ -39,13 +39,11 @@ void World::choose_steps(double dt) {
     knows_last_ = is_known && dt <= most_growth * dt_before_;
     const TwoStepWeights weights(knows_last_ ? dt / dt_before_ : 1);
     for (Body& body : bodies_) {
-        const ElasticBody& elastic = *body.elastic;
         const Nodes& v_before = knows_last_ ? body.before->v : body.state.v;
         const Nodes& forces_before = knows_last_ ? body.before->inner_forces : body.inner_forces;
         body.start.x += dt * (weights.now * body.state.v + weights.before * v_before);
-        const Nodes forces = weights.now * body.inner_forces + weights.before * forces_before +
-                             (1 - weights.end) * body.forces;
-        body.start.v += dt * (elastic.node_masses().cwiseInverse().asDiagonal() * forces);
+        body.start.impulses = dt * (weights.now * body.inner_forces + weights.before * forces_before +
+                                    (1 - weights.end) * body.forces);
         body.start.v.rowwise() += (1 - weights.end) * dt * config_.gravity.transpose();
     }
 }
@@ -136,13 +134,13 @@ void World::advance(int index, const Nodes& w, const Eigen::VectorXd& impulses) 
     const auto [dt, factor] = step_;
     body.before = {
         .v = body.state.v, .inner_forces = std::move(body.inner_forces), .held = prescribed(body, dt).nodes};
-    const Eigen::VectorXd& masses = body.elastic->node_masses();
     const double lasting = 1 + dt * body.elastic->material().rayleigh_mass;
     const Nodes x = body.start.x + dt * w;
     Nodes now = factor * w;
-    body.inner_forces = masses.asDiagonal() * ((factor / dt * (lasting * now - body.start.v)).rowwise() -
-                                               config_.gravity.transpose()) -
+    body.inner_forces = body.elastic->mass_product((factor / dt * (lasting * now - body.start.v)).rowwise() -
+                                                   config_.gravity.transpose()) -
                         body.forces - body_part(index, impulses) / dt;
+    if (body.start.impulses.rows() > 0) body.inner_forces -= factor / dt * body.start.impulses;
     for (const int node : body.before->held) now.row(node) = (x.row(node) - body.state.x.row(node)) / dt;
     for (const Grip& grip : body.grips)
         if (grip.duration == 0 && time_ < grip.release)

@@ -28,9 +28,9 @@ double surface_young(const ElasticBody& elastic, const Embedding& W) {
         for (Embedding::InnerIterator it(W, v); it; ++it)
             if (it.value() != 0) carries[it.col()] = 1;
     double largest = 0;
-    for (int t = 0; t < elastic.element_count(); ++t)
-        for (int a = 0; a < 4; ++a)
-            if (carries[elastic.rest().T(t, a)]) largest = std::max(largest, elastic.young(t));
+    for (int p = 0; p < elastic.point_count(); ++p)
+        for (const int node : elastic.corner_tets().row(p))
+            if (carries[node]) largest = std::max(largest, elastic.young(p / elastic.points_per_tet()));
     return largest;
 }
 

@@ -204,7 +204,7 @@ class World {
         std::unique_ptr<PosedTree> tree;  // null: no tree
         BodyState state;
         std::optional<PastStep> before{};  // none: not known
-        BodyState start{};                 // (x*, v*) of the step, see TimeStep
+        StepStart start{};                 // (x*, v*) of the step, see TimeStep
         Nodes inner_forces{};              // in `state`, [N, 3] newtons; empty: not known
         double contact_young = 0;          // of the layer that its surface lies in, Pa
         Nodes forces, contact_forces;
@@ -292,6 +292,7 @@ class World {
 
     // solve.cpp
     std::vector<Nodes> nodes_now() const;
+    bool held_nodes_move(double dt, const std::vector<PrescribedNodes>& given) const;
     Eigen::VectorXd leads(double dt) const;
     std::vector<Contact> contacts_at(double dt, const Eigen::VectorXd& v, double share, double progress,
                                      std::span<const ContactShape* const> shapes);

@@ -8,6 +8,8 @@
 
 #include "meshing/body/body.hpp"
 #include "tests/apps/small_files.hpp"
+#include "tests/meshing/shapes.hpp"
+#include "tests/meshing/surface_files.hpp"
 
 namespace nbd {
 namespace {
@@ -76,6 +78,44 @@ TEST_F(Mesh, TellsTheFiguresOfACage) {
     EXPECT_EQ(cage["defects"]["crowded_edges"], 2);
     EXPECT_EQ(cage["defects"]["shells"], 1);
     EXPECT_FALSE(result("mesh box.obj -o closed.h5").contains("cage"));
+}
+
+/// From CAD's twelve triangles.
+TEST_F(Mesh, FindsQuadraticTetrahedraThatBendRightly) {
+    write("bar.obj", test::obj_file(test::box(1, 0.1, 0.1, 1)));
+    const auto coarse = result("mesh bar.obj -o coarse.h5");
+    EXPECT_GT(coarse["bending_error"], 0.9);
+    const auto said = result("mesh bar.obj -o bar.h5 --error 0.05");
+    EXPECT_LE(said["bending_error"], 0.05);
+    EXPECT_EQ(said["faces"], 12) << "the file's triangles are the collision surface";
+    EXPECT_NEAR(said["volume"].get<double>(), 0.01, 1e-8);
+    const Body body = load_body(folder() / "bar.h5");
+    EXPECT_TRUE(body.tets.is_quadratic());
+    EXPECT_EQ(body.bending_error, said["bending_error"].get<double>());
+    // Other commands take it as any body.
+    make("modes bar.h5 -m 4");
+    make("mesh bar.h5 -o its_boundary.h5");
+    EXPECT_TRUE(load_body(folder() / "its_boundary.h5").tets.is_quadratic());
+    EXPECT_THAT(error("mesh bar.h5 -o linear.h5 --elements linear"),
+                testing::HasSubstr("bar.h5: its tetrahedra are quadratic; allowed: quadratic"));
+}
+
+TEST_F(Mesh, TakesAnEdgeLengthForBothKindsOfElements) {
+    write("bar.obj", test::obj_file(test::box(1, 0.1, 0.1, 1)));
+    const auto linear = result("mesh bar.obj -o linear.h5 --edge 0.05"),
+               quadratic = result("mesh bar.obj -o quadratic.h5 --edge 0.05 --elements quadratic");
+    EXPECT_EQ(linear["tets"], quadratic["tets"]);
+    EXPECT_GT(quadratic["nodes"], 4 * linear["nodes"].get<int>());
+    EXPECT_LT(quadratic["bending_error"], 0.2 * linear["bending_error"].get<double>());
+    write("ball.obj", test::obj_file(test::icosphere(2)));
+    EXPECT_THAT(
+        error("mesh ball.obj -o x.h5 --edge 50"),
+        testing::HasSubstr("ball.obj: with edges of 50 m: triangles with edges of 50 m do not follow the "
+                           "surface; choose a shorter edge, or --cage N"));
+    EXPECT_THAT(error("mesh bar.obj -o x.h5 --edge 1e-7"), testing::HasSubstr("longer edges need less"));
+    write("sheet.obj", test::obj_file(test::box(1, 1, 0.01, 1)));
+    EXPECT_THAT(error("mesh sheet.obj -o x.h5 --error 0.01"),
+                testing::HasSubstr("no tetrahedra bend to an error of 0.01: "));
 }
 
 TEST_F(Mesh, RefusesSurfacesThatNeedMoreMemoryThanThereIs) {

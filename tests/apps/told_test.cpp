@@ -169,8 +169,8 @@ TEST_F(Told, TetrahedraInsideOut) {
 TEST_F(Told, BodiesThatMoveWrongly) {
     write("bar.obj", test::obj_file(test::box(1, 0.1, 0.1, 1)));
     const std::string thin =
-        "is one tetrahedron thick in 100 % of its volume, so it bends far too little; a surface of smaller "
-        "faces gives more, and so may `nbdtree mesh --cage`";
+        "is one linear tetrahedron thick in 100 % of its volume, so it bends far too little; quadratic ones "
+        "bend rightly: --elements quadratic";
     expect_told("mesh bar.obj -o bar.h5", "bar.h5: " + thin);
     write("bar.json", R"({"bodies": [{"surface": "bar.obj", "name": "bar"},
         {"surface": "bar.obj", "name": "other", "transform": {"translate": [0, 2, 0]}}],
@@ -187,8 +187,8 @@ TEST_F(Told, BodiesThatMoveWrongly) {
     expect_told("mesh large.obj -o large.h5", "large.h5: " + large);
     expect_told(
         "mesh box.obj -o rubber.h5 --poisson 0.49",
-        "rubber.h5: has a Poisson's ratio of 0.49, at which its tetrahedra lock: it bends far less than it "
-        "should; advised: 0.45 or less");
+        "rubber.h5: has a Poisson's ratio of 0.49, at which linear tetrahedra lock: it bends far less than "
+        "it should; advised: --elements quadratic, or 0.45 or less");
     write("rubber.json", R"({"bodies": [{"body": "box.h5", "name": "box", "material": {"poisson": 0.48},
         "transform": {"scale": 100}}], "time": {"dt": 1e-4, "frames": 1, "steps_per_frame": 1}})");
     const Ran rubber = simulate("rubber.json");

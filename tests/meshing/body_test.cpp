@@ -1,11 +1,13 @@
 #include "meshing/body/body.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 #include <limits>
 #include <sstream>
 
+#include "meshing/surface/quadratic_tets.hpp"
 #include "tests/support/edit_file.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
@@ -57,6 +59,37 @@ TEST_F(BodyFile, RoundTripsABody) {
     save_body(folder / "body.h5", body);
     expect_same(load_body(folder / "body.h5"), body);
     EXPECT_EQ(files_in_folder(), 1u);
+}
+
+/// On quadratic tetrahedra.
+Body ten_nodes() {
+    Body body = two_tets();
+    body.modes = {};
+    body.tets = make_quadratic(body.tets);
+    body.W.conservativeResize(5, body.tets.X.rows());
+    return body;
+}
+
+TEST_F(BodyFile, RoundTripsQuadraticTetrahedra) {
+    const Body body = ten_nodes();
+    save_body(folder / "body.h5", body);
+    const Body read = load_body(folder / "body.h5");
+    expect_same(read, body);
+    EXPECT_EQ(read.tets.E, body.tets.E);
+    EXPECT_NE(body_hash(body), body_hash(two_tets()));
+}
+
+TEST_F(BodyFile, RejectsQuadraticTetrahedraThatAreNone) {
+    Body bent = ten_nodes();
+    bent.tets.X(bent.tets.E(0, 2), 1) += 0.01;
+    EXPECT_THAT(error_of([&] { check_body(bent); }), testing::HasSubstr("beside the middle of its edge"));
+    Body few = ten_nodes();
+    few.tets.E.conservativeResize(1, Eigen::NoChange);
+    EXPECT_EQ(error_of([&] { check_body(few); }), "nodes of the edges of 1 tetrahedra; allowed: 2, of all");
+    Body wrong = ten_nodes();
+    wrong.tets.E(1, 3) = 99;
+    EXPECT_THAT(error_of([&] { check_body(wrong); }),
+                testing::HasSubstr("edges of tetrahedron 1 refers to node 99"));
 }
 
 TEST_F(BodyFile, NeedsNoModes) {
@@ -131,8 +164,8 @@ const test::BrokenFile broken_bodies[] = {
      [](EditFile& f) { f.set_attribute("/", "format", "nbdtree tree"); }},
     {"is an HDF5 file without attribute 'format'; allowed: a file written by nbdtree",
      [](EditFile& f) { f.remove_attribute("/", "format"); }},
-    {"is a file of 'nbdtree body' version 3 from nbdtree ",
-     [](EditFile& f) { f.set_attribute("/", "format_version", 3); }},
+    {"is a file of 'nbdtree body' version 4 from nbdtree ",
+     [](EditFile& f) { f.set_attribute("/", "format_version", 4); }},
     {"material has the law \"jelly\"; allowed: corotated, stable_neo_hookean, st_venant_kirchhoff",
      [](EditFile& f) { f.set_attribute("material", "law", "jelly"); }},
     {"region \"upper/half\": it has tetrahedron 2; allowed: 0 to 1",

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "meshing/surface/mesh.hpp"
+#include "meshing/surface/quadratic_tets.hpp"
 #include "meshing/surface/subdivide.hpp"
 #include "tests/meshing/shapes.hpp"
 #include "tests/support/box_mesh.hpp"
@@ -57,6 +58,28 @@ TEST(Embed, ReproducesAffineMotionsWithWeightsFromZeroToOne) {
             ASSERT_LE(w.value(), 1 + 1e-9);
             ASSERT_LT((tets.X.row(w.col()) - points.row(p)).norm(), 1) << "weight of a distant node";
         }
+}
+
+TEST(Embed, FollowsTheQuadraticMapOfQuadraticTetrahedra) {
+    const TetMesh tets = make_quadratic(test::box_mesh({1, 2, 3}, {3, 3, 3}));
+    const Nodes points = points_in({Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1, 2, 3)}, 1000);
+    const Embedding W = embed(tets, points);
+    EXPECT_LT(error_under_affine_motion(W, tets.X, points), 1e-14);
+    EXPECT_GE(Eigen::Map<const Eigen::VectorXd>(W.valuePtr(), W.nonZeros()).minCoeff(), 0);
+    // x^2 has the control points x_a x_b on edges ab.
+    Eigen::VectorXd square = tets.X.col(1).cwiseAbs2();
+    for (Eigen::Index t = 0; t < tets.T.rows(); ++t)
+        for (int k = 0; k < 6; ++k) {
+            const auto [a, b] = edges_of_tet[k];
+            square[tets.E(t, k)] = tets.X(tets.T(t, a), 1) * tets.X(tets.T(t, b), 1);
+        }
+    EXPECT_LT((W * square - points.col(1).cwiseAbs2()).cwiseAbs().maxCoeff(), 1e-13);
+    // A point takes ten nodes inside, six on a face, three in the middle of an edge, one at a corner.
+    const auto nodes_of = [&](const Eigen::RowVector3d& x) { return embed(tets, x).nonZeros(); };
+    EXPECT_EQ(nodes_of(points.row(0)), 10);
+    EXPECT_EQ(nodes_of({0, 0.21, 0.4}), 6);
+    EXPECT_EQ(nodes_of(tets.X.row(tets.E(0, 0))), 3);
+    EXPECT_EQ(nodes_of(tets.X.row(tets.T(0, 0))), 1);
 }
 
 TEST(Embed, UsesASingleNodeForAPointOnIt) {

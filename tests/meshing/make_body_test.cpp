@@ -91,12 +91,13 @@ TEST(MakeBody, RejectsMaterialsOutOfRange) {
 TetMesh filled(const TriMesh& surface) { return tetrahedralize(surface, {}).tets; }
 
 TEST(BodyHints, TellsOfPartsThatAreOneTetrahedronThick) {
-    const std::string thin = "is one tetrahedron thick in 100 % of its volume";
+    const std::string thin = "is one linear tetrahedron thick in 100 % of its volume";
     EXPECT_THAT(thin_hint(test::box_mesh({1, 0.1, 0.1}, {10, 1, 1})), HasSubstr(thin));
     EXPECT_THAT(thin_hint(test::box_mesh({1, 1, 0.05}, {20, 20, 1})), HasSubstr(thin));
     EXPECT_THAT(thin_hint(filled(test::box(1, 0.1, 0.1, 1))), HasSubstr(thin)) << "CAD's twelve triangles";
     // gmsh adds a few nodes inside.
-    EXPECT_THAT(thin_hint(filled(test::box(1, 0.1, 0.1, 2))), HasSubstr("is one tetrahedron thick in 8"));
+    EXPECT_THAT(thin_hint(filled(test::box(1, 0.1, 0.1, 2))),
+                HasSubstr("is one linear tetrahedron thick in 8"));
     EXPECT_EQ(thin_hint(test::box_mesh({1, 0.1, 0.1}, {20, 2, 2})), "");
     EXPECT_EQ(thin_hint(test::box_mesh({1, 1, 0.05}, {20, 20, 2})), "");
     EXPECT_EQ(thin_hint(filled(test::box(1, 0.1, 0.1, 4))), "");
@@ -125,14 +126,15 @@ TEST(BodyHints, TellsOfRatiosThatLock) {
     Material material;
     for (const double ratio : {-0.5, 0., 0.3, 0.4, 0.45}) {
         material.poisson = ratio;
-        EXPECT_EQ(locking_hint(material, {}), "") << ratio;
+        EXPECT_EQ(locking_hint(test::box_mesh({1, 1, 1}, {1, 1, 1}), material, {}), "") << ratio;
     }
     material.poisson = 0.49;
-    const std::string hint = locking_hint(material, {});
-    EXPECT_THAT(hint, HasSubstr("has a Poisson's ratio of 0.49, at which its tetrahedra lock"));
+    const std::string hint = locking_hint(test::box_mesh({1, 1, 1}, {1, 1, 1}), material, {});
+    EXPECT_THAT(hint, HasSubstr("has a Poisson's ratio of 0.49, at which linear tetrahedra lock"));
     material.poisson = 0.3;
     MaterialRegion region{.name = "core", .material = {.poisson = 0.499}, .tets = {0}};
-    EXPECT_THAT(locking_hint(material, {region}), HasSubstr("ratio of 0.499"));
+    EXPECT_THAT(locking_hint(test::box_mesh({1, 1, 1}, {1, 1, 1}), material, {region}),
+                HasSubstr("ratio of 0.499"));
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "meshing/formats/read_tets.hpp"
+#include "meshing/surface/quadratic_tets.hpp"
 #include "tests/support/box_mesh.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/file_damage.hpp"
@@ -43,14 +44,36 @@ class Vtu : public ::testing::Test {
     const Eigen::VectorXd no_stress_ = Eigen::VectorXd::Zero(6);
 
     /// The mesh at rest.
-    VtuBody still() const { return {&mesh_.T, &mesh_.X, &mesh_.X, &zero_, &zero_, &no_stress_}; }
+    VtuBody still() const { return {&mesh_, &mesh_.X, &mesh_.X, &zero_, &zero_, &no_stress_}; }
 };
+
+TEST_F(Vtu, HasQuadraticCellsWithPointsOnTheirCurvedEdges) {
+    const TetMesh mesh = make_quadratic(test::box_mesh({1, 1, 1}, {1, 1, 1}));
+    Nodes x = mesh.X;
+    const int edge = mesh.E(2, 1), a = mesh.T(2, 0), b = mesh.T(2, 2);
+    x.row(edge) += Eigen::RowVector3d(0, 0, 0.2);
+    const Nodes zero = Nodes::Zero(x.rows(), 3);
+    const VtuBody bodies[] = {{&mesh, &mesh.X, &x, &zero, &zero, &no_stress_}};
+    std::filesystem::create_directories(folder_);
+    write_vtu(folder_ / "frame.vtu", bodies);
+    const std::string text = test::read_bytes(folder_ / "frame.vtu");
+    EXPECT_EQ(array<std::uint8_t>(text, "types"), std::vector<std::uint8_t>(6, 24));
+    const std::vector<float> points = array<float>(text, "points");
+    const Eigen::Map<const Vertices> all(points.data(), std::ssize(points) / 3, 3);
+    const Eigen::RowVector3f middle = (0.5 * x.row(edge) + 0.25 * (x.row(a) + x.row(b))).cast<float>();
+    EXPECT_LT((all.row(edge) - middle).norm(), 1e-6);
+    // VTK's order: edges 01 12 20 03 13 23.
+    const std::vector<std::int64_t> cells = array<std::int64_t>(text, "connectivity");
+    const Eigen::RowVector3f other = all.row(cells[10 * 2 + 4 + 2]),
+                             ends = (all.row(cells[10 * 2 + 2]) + all.row(cells[10 * 2])) / 2;
+    EXPECT_NEAR((other - ends).norm(), 0.1, 1e-6);
+}
 
 TEST_F(Vtu, ContainsPositionsFieldsAndBodyIndicesOfEveryMesh) {
     const Nodes x = mesh_.X.array() + 0.25, v = Nodes::Constant(8, 3, -1.5), force = Nodes::Constant(8, 3, 7);
     const Eigen::VectorXd stress = Eigen::VectorXd::LinSpaced(6, 10, 15);
-    const VtuBody bodies[] = {{&mesh_.T, &mesh_.X, &x, &v, &force, &stress},
-                              {&mesh_.T, &mesh_.X, &mesh_.X, &v, &force, &stress}};
+    const VtuBody bodies[] = {{&mesh_, &mesh_.X, &x, &v, &force, &stress},
+                              {&mesh_, &mesh_.X, &mesh_.X, &v, &force, &stress}};
     std::filesystem::create_directories(folder_);
     write_vtu(folder_ / "frame.vtu", bodies);
     const std::string text = test::read_bytes(folder_ / "frame.vtu");
@@ -193,7 +216,7 @@ TEST_F(ReadVtu, ReadsWhatTheWriterWrites) {
     const TetMesh tets = read(whole(text_body));
     const Nodes zero = Nodes::Zero(tets.X.rows(), 3);
     const Eigen::VectorXd stress = Eigen::VectorXd::Zero(tets.T.rows());
-    const VtuBody body{&tets.T, &tets.X, &tets.X, &zero, &zero, &stress};
+    const VtuBody body{&tets, &tets.X, &tets.X, &zero, &zero, &stress};
     write_vtu(folder / "two.vtu", std::vector{body, body});
     EXPECT_EQ(test::error_of([&] { read_tets(folder / "two.vtu"); }), "")
         << "two bodies are two pieces of one mesh";

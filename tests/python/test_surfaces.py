@@ -75,7 +75,10 @@ def test_bad_input_is_refused_with_one_line(make, text):
 @pytest.mark.parametrize(
     "options, text",
     [
-        ({"cage": 200, "nodes": 5000}, "cage: excludes nodes and grading"),
+        ({"cage": 200, "nodes": 5000}, "cage: excludes nodes, grading, edge and error"),
+        ({"edge": 0.1, "nodes": 5000}, "edge: excludes nodes and error"),
+        ({"edge": -1.0}, "edge: is -1; allowed: more than 0"),
+        ({"elements": "cubic"}, 'elements: is "cubic"; allowed: linear, quadratic'),
         ({"cage": -3}, "cage: is -3"),
         ({"cage": 200, "inside": "x.h5"}, "cage: excludes inside"),
         ({"inside": "x.h5", "material": nbd.Material(young=5)}, "a body that has a material: excludes material"),
@@ -143,3 +146,17 @@ def test_devices_and_folders_are_not_written_over(beam, tree_file, tmp_path):
             with refused(RuntimeError, text):
                 save(tmp_path / path)
     assert (tmp_path / "link").is_symlink() and not (tmp_path / "folder").is_file()
+
+
+def test_quadratic_tetrahedra_have_nodes_of_edges_and_carry_a_world(assets):
+    body = nbd.mesh_file(assets / "beam.obj", edge=0.1, elements="quadratic")
+    assert body.E.shape == (len(body.T), 6) and len(body.X) == body.tets.E.max() + 1 or len(body.X) == body.T.max() + 1
+    middles = (body.X[body.T[:, 0]] + body.X[body.T[:, 1]]) / 2
+    assert np.allclose(body.X[body.E[:, 0]], middles)
+    linear = nbd.tetrahedralize(nbd.TriMesh(body.surface_X, body.F))
+    assert linear.E.shape == (0, 6) and len(nbd.make_quadratic(linear).E) == len(linear.T)
+    world = nbd.World({"bodies": [{"body": body}], "time": {"dt": 1e-2}})
+    start = world.positions()[:, 2].mean()
+    for _ in range(10):
+        world.step()
+    assert np.isclose(world.positions()[:, 2].mean() - start, -9.81 * 0.1**2 / 2, rtol=0.1)

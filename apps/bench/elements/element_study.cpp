@@ -5,36 +5,18 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <stdexcept>
 #include <utility>
 
-#include "apps/bench/elements/clamped_body.hpp"
 #include "apps/bench/measure/measure.hpp"
+#include "meshing/surface/quadratic_tets.hpp"
 #include "sim/factor/cholesky.hpp"
+#include "sim/fem/held_statics.hpp"
 
 namespace nbd {
 namespace {
 
 constexpr Eigen::Index most_tets = 160'000;  // of the reference; 108,544 took 5.4 GB of memory
-
-/// A mesh whose first tetrahedra are held.
-struct HeldMesh {
-    TetMesh tets;
-    int held = 0;
-};
-
-HeldMesh hold_one_end(const TetMesh& tets, Eigen::Index axis) {
-    const double low = tets.X.col(axis).minCoeff(), length = tets.X.col(axis).maxCoeff() - low;
-    std::vector<int> order(tets.T.rows());
-    std::iota(order.begin(), order.end(), 0);
-    const auto others = std::stable_partition(order.begin(), order.end(), [&](int t) {
-        double centre = 0;
-        for (const int node : tets.T.row(t)) centre += 0.25 * tets.X(node, axis);
-        return centre < low + 0.1 * length;
-    });
-    return {{tets.X, tets.T(order, Eigen::all)}, static_cast<int>(others - order.begin())};
-}
 
 /// Equilibrium of one mesh.
 struct Equilibrium {
@@ -43,10 +25,10 @@ struct Equilibrium {
     double work = 0;  // of the load; twice the elastic energy, J
 };
 
-/// The load of gravity on a material, and which of the nodes are the body's own.
+/// The body's material, the axis along which its weight acts, and how many nodes are its own.
 struct Load {
-    Moduli moduli;
-    Eigen::Vector3d force;  // N/m3
+    Material material;
+    Eigen::Index down;
     Eigen::Index own_nodes;
 };
 
@@ -56,29 +38,34 @@ double processor_ms(auto&& work) {
     return 1e3 * (processor_seconds() - start);
 }
 
-template <int N>
-Equilibrium find_equilibrium(const Nodes& X, const Elements<N>& T, int held, const Load& load, int repeats) {
-    const ClampedBody<N> body(X, T, held);
-    SparseMatrix K = body.zero_matrix();
-    Eigen::VectorXd f, u(body.unknown_count());
+/// held: nodes, [N].
+Equilibrium find_equilibrium(const TetMesh& mesh, const std::vector<char>& held, const Load& load,
+                             int repeats) {
+    const ElasticBody elastic(mesh, load.material);
+    const HeldStatics statics(elastic, held);
+    Nodes weight = Nodes::Zero(elastic.node_count(), 3);
+    weight.col(load.down) = -9.81 * elastic.node_masses();
+    const Eigen::VectorXd f = statics.loads(weight);
+    SparseMatrix K = statics.stiffness();
+    Eigen::VectorXd u(f.size());
     Cholesky factor;
     factor.analyze(K);
     std::vector<double> assembly, factorisation, solve;
     for (int k = 0; k < repeats; ++k) {
-        assembly.push_back(processor_ms([&] { body.assemble(load.moduli, load.force, K, f); }));
+        assembly.push_back(processor_ms([&] { K = statics.stiffness(); }));
         factorisation.push_back(processor_ms([&] { factor.factorize(K); }));
         solve.push_back(processor_ms([&] { factor.solve(f, u); }));
     }
     Equilibrium result{.row = {.body = {},
-                               .nodes_per_tet = N,
-                               .tets = static_cast<int>(T.rows()),
-                               .nodes = static_cast<int>(X.rows()),
-                               .unknowns = body.unknown_count(),
+                               .nodes_per_tet = mesh.is_quadratic() ? 10 : 4,
+                               .tets = elastic.element_count(),
+                               .nodes = elastic.node_count(),
+                               .unknowns = statics.unknown_count(),
                                .nonzeros = K.nonZeros(),
                                .assembly = median(assembly),
                                .factorisation = median(factorisation),
                                .solve = median(solve)},
-                       .u = body.of_nodes(u).topRows(load.own_nodes),
+                       .u = statics.displacements(u).topRows(load.own_nodes),
                        .work = f.dot(u)};
     return result;
 }
@@ -121,41 +108,33 @@ int levels_of(const Body& body, int most) {
 
 std::vector<ElementRow> study_elements(const Body& body, const ElementStudyConfig& config, Output& out) {
     const int levels = levels_of(body, config.levels);
-    Eigen::Index longest = 0, shortest = 0;
-    const Eigen::RowVector3d extent = body.tets.X.colwise().maxCoeff() - body.tets.X.colwise().minCoeff();
-    extent.maxCoeff(&longest);
-    extent.minCoeff(&shortest);
-    const Material material{.poisson = config.poisson};
-    const Load load{.moduli = moduli_of(material),
-                    .force = -9.81 * material.density * Eigen::Vector3d::Unit(shortest),
-                    .own_nodes = body.tets.X.rows()};
-    HeldMesh mesh = hold_one_end(body.tets, longest);
-    if (mesh.held == 0)
-        throw std::runtime_error(
-            fmt::format("{}: no tetrahedron has its centre in the first tenth of the body, where it is held; "
-                        "a finer body is needed",
-                        body.name));
-
+    const EndOfBody end = end_of_body(body.tets);
+    const Load load{
+        .material = {.poisson = config.poisson}, .down = end.shortest, .own_nodes = body.tets.X.rows()};
     std::vector<Equilibrium> found;
-    const auto add = [&](int level, const Nodes& nodes, const auto& elements, int held, int repeats) {
-        out.progress(fmt::format("{}: {} nodes", body.name, nodes.rows()), found.size(), 2 * levels + 3);
+    const auto add = [&](int level, const TetMesh& mesh, const std::vector<char>& held, int repeats) {
+        out.progress(fmt::format("{}: {} nodes", body.name, mesh.X.rows()), found.size(), 2 * levels + 3);
         try {
-            found.push_back(find_equilibrium(nodes, elements, held, load, repeats));
+            found.push_back(find_equilibrium(mesh, held, load, repeats));
         } catch (const std::runtime_error& error) {
             throw std::runtime_error(
-                fmt::format("{}: no equilibrium of {} nodes: {}", body.name, nodes.rows(), error.what()));
+                fmt::format("{}: no equilibrium of {} nodes: {}", body.name, mesh.X.rows(), error.what()));
         }
         found.back().row.body = body.name;
         found.back().row.level = level;
     };
+    TetMesh mesh = body.tets;
+    std::vector<char> held = end.nodes;
     for (int level = 0; level <= levels; ++level) {
         const bool last = level == levels;
-        const QuadraticMesh quadratic = add_midpoints(mesh.tets);
-        HeldMesh finer{split(quadratic), 8 * mesh.held};
-        add(level, mesh.tets.X, mesh.tets.T, mesh.held, config.repeats);
-        if (last) add(level + 1, finer.tets.X, finer.tets.T, finer.held, 1);
-        add(level, quadratic.X, quadratic.T, mesh.held, last ? 1 : config.repeats);
+        const TetMesh quadratic = make_quadratic(mesh);
+        TetMesh finer = split(quadratic);  // on the same nodes
+        const std::vector<char> held_of_both = end_of_quadratic(quadratic, held);
+        add(level, mesh, held, config.repeats);
+        if (last) add(level + 1, finer, held_of_both, 1);
+        add(level, quadratic, held_of_both, last ? 1 : config.repeats);
         mesh = std::move(finer);
+        held = held_of_both;
     }
     measure_errors(found);
     std::vector<ElementRow> rows;

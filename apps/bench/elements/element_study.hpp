@@ -35,14 +35,14 @@ struct ElementRow {
 };
 
 /// Compares linear tetrahedra (4 nodes) with quadratic ones of straight edges (10 nodes). The body, of one
-/// material, is held where centres of tetrahedra lie in the first tenth of its longest axis, and bent by
-/// gravity along the shortest; displacements are small. Its mesh and its held tetrahedra are split into eight
-/// again and again, so that the geometry is the same in all rows.
-/// Rows: linear tetrahedra that were split 0 to `levels` + 1 times, quadratic ones 0 to `levels` - 1 times,
-/// and last the reference, by which errors are measured: quadratic ones that were split `levels` times. It
-/// has the nodes of the finest linear ones. Squares of errors in energy are too small by the square of the
-/// reference's. The order of elimination is made before times are taken; the finest two rows are timed once.
-/// Throws std::runtime_error, naming the body, if it is too large, cannot be held or is in several parts.
+/// material, is held at the corners in the first tenth of its longest axis, and bent by gravity along the
+/// shortest; displacements are small. Its mesh is split into eight again and again, so that the geometry is
+/// the same in all rows. The body has linear tetrahedra. Rows: linear tetrahedra that were split 0 to
+/// `levels` + 1 times, quadratic ones 0 to `levels` - 1 times, and last the reference, by which errors are
+/// measured: quadratic ones that were split `levels` times. It has the nodes of the finest linear ones.
+/// Squares of errors in energy are too small by the square of the reference's. The order of elimination is
+/// made before times are taken; the finest two rows are timed once. Throws std::runtime_error, naming the
+/// body, if it is too large or in several parts.
 std::vector<ElementRow> study_elements(const Body& body, const ElementStudyConfig& config, Output& out);
 
 /// Whether a row is one of quadratic tetrahedra that linear ones are compared with.

@@ -9,6 +9,8 @@
 #include <utility>
 
 #include "meshing/body/make_body.hpp"
+#include "meshing/remesh/remesh.hpp"
+#include "meshing/surface/quadratic_tets.hpp"
 #include "meshing/tets/tetrahedralize.hpp"
 #include "sim/fem/momentum.hpp"
 #include "sim/world/hang_on_body.hpp"
@@ -152,8 +154,7 @@ void advance(World& world, double dt, int steps) {
 double energy(const World& world, int body, double gravity) {
     const ElasticBody& elastic = world.elastic(body);
     const BodyState& state = world.state(body);
-    return elastic.measure(state.x).energy +
-           0.5 * state.v.rowwise().squaredNorm().dot(elastic.node_masses()) +
+    return elastic.measure(state.x).energy + kinetic_energy(elastic, state.v) +
            gravity * state.x.col(2).dot(elastic.node_masses());
 }
 
@@ -213,8 +214,25 @@ double shear_coefficient(double poisson) { return 10 * (1 + poisson) / (12 + 11 
 
 TetMesh bar_mesh(const PhysicsCase& c) {
     const Eigen::Vector3d size = c.size * Eigen::Vector3d(1, 0.1, 0.1);
-    if (c.variant == twelve_triangles) return filled(box_surface(size, {1, 1, 1}));
-    return filled(box_surface(size, {40, 4, 4}));
+    if (c.variant.find(twelve_triangles) == c.variant.npos)
+        return elements_of(c, filled(box_surface(size, {40, 4, 4})));
+    const TriMesh cad = box_surface(size, {1, 1, 1});
+    if (c.variant == twelve_triangles) return filled(cad);
+    return elements_of(c, filled(remesh(cad, 0.05 * c.size)));
+}
+
+TetMesh elements_of(const PhysicsCase& c, TetMesh linear) {
+    if (c.variant.find(quadratic_elements) == c.variant.npos) return linear;
+    return make_quadratic(std::move(linear));
+}
+
+std::vector<PhysicsCase> with_quadratic(std::vector<PhysicsCase> cases) {
+    const std::vector<PhysicsCase> linear = cases;
+    for (PhysicsCase c : linear) {
+        c.variant += (c.variant.empty() ? "" : ", ") + quadratic_elements;
+        cases.push_back(std::move(c));
+    }
+    return cases;
 }
 
 Material undamped_material(const PhysicsCase& c, double poisson) {
@@ -231,7 +249,7 @@ std::vector<PhysicsCase> bar_cases() {
     ends.parameters = {0.3};
     std::vector<PhysicsCase> bars = all_cases(ratios, 5), more = all_cases(ends, 100);
     bars.insert(bars.end(), more.begin(), more.end());
-    return bars;
+    return with_quadratic(std::move(bars));
 }
 
 }  // namespace nbd

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "apps/bench/physics/physics_check.hpp"
@@ -81,8 +82,12 @@ constexpr double torsion_constant = 0.140577;
 /// Shear coefficient of a rectangular section [Cowper66].
 double shear_coefficient(double poisson);
 
-/// The variant of a case whose bar has the surface of CAD; the others' has four cells across.
-inline const char* const twelve_triangles = "twelve triangles";
+/// Parts of a case's variant: its bar has the surface of CAD, the others' four cells across; it has quadratic
+/// tetrahedra, half as long as a bar of CAD is thick, the others linear ones on the surface's own triangles.
+inline const std::string twelve_triangles = "twelve triangles", quadratic_elements = "quadratic";
+
+/// The tetrahedra as elements of the case's kind.
+TetMesh elements_of(const PhysicsCase& c, TetMesh linear);
 
 /// The bar, as long as the case's size, along x around the origin.
 TetMesh bar_mesh(const PhysicsCase& c);
@@ -90,7 +95,10 @@ TetMesh bar_mesh(const PhysicsCase& c);
 /// What comes to rest in one step so long that inertia vanishes.
 inline const PhysicsRange still_range{.sizes = {1}, .steps = {1e5}, .moduli = {1e7}, .far = FarBody::none};
 
-/// Bars over Poisson's ratio (the parameter), and over sizes and moduli.
+/// The cases, and the same of quadratic elements.
+std::vector<PhysicsCase> with_quadratic(std::vector<PhysicsCase> cases);
+
+/// Bars over Poisson's ratio (the parameter), over sizes and moduli, and of both kinds of elements.
 std::vector<PhysicsCase> bar_cases();
 
 /// Of waves in one dimension, m/s.

@@ -118,7 +118,7 @@ const std::string pinned_end = R"(, "pins": [{"box": {"min": [-9, -9, -9], "max"
 
 PhysicsOutcome one_across(const PhysicsCase& c) {
     return run_scene(scene_text(body_text("body.obj", 0, 1, plain, pinned_end), "", 1),
-                     "one tetrahedron thick", c.variant, box_surface({1, 0.1, 0.1}, {1, 1, 1}));
+                     "one linear tetrahedron thick", c.variant, box_surface({1, 0.1, 0.1}, {1, 1, 1}));
 }
 
 PhysicsOutcome locking(const PhysicsCase& c) {

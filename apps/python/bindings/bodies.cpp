@@ -50,30 +50,41 @@ void exclude(bool first, const char* name, bool second, const char* other) {
 SharedBody mesh_body(const path& file, std::optional<int> nodes, std::optional<double> grading,
                      std::optional<int> cage, const std::optional<path>& inside,
                      const std::optional<Material>& material, std::optional<int> levels,
-                     std::optional<SubdivisionScheme> scheme, double scale, std::optional<double> weld) {
+                     std::optional<SubdivisionScheme> scheme, double scale, std::optional<double> weld,
+                     std::optional<Elements> elements, std::optional<double> edge,
+                     std::optional<double> error) {
     const bool has_tets = holds_tets(file), has_material = file.extension() == ".h5" || inside;
     exclude(cage.has_value(), "cage", inside.has_value(), "inside");
+    exclude(elements.has_value(), "elements", inside.has_value(), "inside");
     for (const auto& [option, name] :
          {std::pair(cage.has_value(), "cage"), std::pair(inside.has_value(), "inside")}) {
         exclude(option, name, has_tets, "files that hold tetrahedra");
-        exclude(option, name, nodes || grading, "nodes and grading");
+        exclude(option, name, nodes || grading || edge || error, "nodes, grading, edge and error");
         exclude(option, name, levels || scheme, "levels and scheme");
     }
-    exclude(has_tets, "a file that holds tetrahedra", nodes || grading, "nodes and grading");
+    exclude(has_tets, "a file that holds tetrahedra", nodes || grading || edge || error,
+            "nodes, grading, edge and error");
+    exclude(edge.has_value(), "edge", nodes || error, "nodes and error");
+    exclude(error.has_value(), "error", nodes || elements, "nodes and elements");
     exclude(has_tets, "a file that holds tetrahedra", weld.has_value(), "weld");
-    for (const auto& [number, name] : {std::pair(scale, "scale"), std::pair(weld.value_or(1), "weld")})
+    for (const auto& [number, name] :
+         {std::pair(scale, "scale"), std::pair(weld.value_or(1), "weld"), std::pair(edge.value_or(1), "edge"),
+          std::pair(error.value_or(1), "error")})
         if (!(number > 0 && std::isfinite(number)))
             throw std::invalid_argument(fmt::format("{}: is {}; allowed: more than 0", name, number));
     exclude(has_material, "a body that has a material", material.has_value(), "material");
     if (cage && *cage < 1)
         throw std::invalid_argument(fmt::format("cage: is {}; allowed: at least 1", *cage));
     MeshFileConfig config{{.tets = {},
+                           .edge = edge.value_or(0),
+                           .elements = elements,
                            .scale = scale,
                            .weld = weld.value_or(0),
                            .levels = levels.value_or(0),
                            .scheme = scheme.value_or(SubdivisionScheme::midpoint)},
                           cage.value_or(0),
                           inside.value_or(path()).string(),
+                          error.value_or(0),
                           material.value_or(Material{})};
     if (nodes) config.tets.nodes = *nodes;
     if (grading) config.tets.grading = *grading;
@@ -241,6 +252,9 @@ void bind_bodies(py::module_& m) {
             "T", [](const Body& body) -> const Tets& { return body.tets.T; },
             "Tetrahedra [T, 4]. Refers to the body.")
         .def_property_readonly(
+            "E", [](const Body& body) -> const TetEdges& { return body.tets.E; },
+            "Nodes of the edges of quadratic tetrahedra [T, 6], else [0, 6]. Refers to the body.")
+        .def_property_readonly(
             "surface_X", [](const Body& body) -> const Nodes& { return body.surface.X; },
             "Rest positions of the collision surface [n, 3], metres. Refers to the body.")
         .def_property_readonly(
@@ -260,6 +274,10 @@ void bind_bodies(py::module_& m) {
             },
             py::arg("x"), "Positions of the surface, W x, for node positions x [N, 3]. A new array.")
         .def_readonly("material", &Body::material)
+        .def_readonly(
+            "bending_error", &Body::bending_error,
+            "By how much the body yields too little to its own weight, as `nbdtree mesh` estimated; "
+            "None: not known.")
         .def_property_readonly("modes", &modes_of, "None, or (U, frequencies). Refers to the body.")
         .def_property_readonly(
             "hash", &body_hash,
@@ -278,14 +296,19 @@ void bind_bodies(py::module_& m) {
         py::arg("scheme") = SubdivisionScheme::midpoint, Computes(),
         "A body of tetrahedra and a closed surface in or near them; without one, of their boundary. levels: "
         "how often the collision surface is subdivided.");
-    m.def("mesh_file", &mesh_body, py::arg("path"), py::arg("nodes") = py::none(),
-          py::arg("grading") = py::none(), py::arg("cage") = py::none(), py::arg("inside") = py::none(),
-          py::arg("material") = py::none(), py::arg("levels") = py::none(), py::arg("scheme") = py::none(),
-          py::arg("scale") = 1.0, py::arg("weld") = py::none(), UsesFilesLong(),
-          "Makes a body from a file as `nbdtree mesh` does: a closed surface is checked and filled; with "
-          "`cage`, a number of tet nodes, any triangle soup is embedded in a coarse cage. scale: of all "
-          "coordinates, 0.001 for millimetres. weld: cracks up to this length, metres, are closed. Warns "
-          "(UserWarning) of a body whose size, tetrahedra or Poisson's ratio may make its motion wrong.");
+    m.def(
+        "mesh_file", &mesh_body, py::arg("path"), py::arg("nodes") = py::none(),
+        py::arg("grading") = py::none(), py::arg("cage") = py::none(), py::arg("inside") = py::none(),
+        py::arg("material") = py::none(), py::arg("levels") = py::none(), py::arg("scheme") = py::none(),
+        py::arg("scale") = 1.0, py::arg("weld") = py::none(), py::arg("elements") = py::none(),
+        py::arg("edge") = py::none(), py::arg("error") = py::none(), UsesFilesLong(),
+        "Makes a body from a file as `nbdtree mesh` does: a closed surface is checked and filled; with "
+        "`cage`, a number of tetrahedra's corners, any triangle soup is embedded in a coarse cage. scale: of all "
+        "coordinates, 0.001 for millimetres. weld: cracks up to this length, metres, are closed. "
+        "elements: linear or quadratic; None: as in the file, linear in a surface. "
+        "edge: length of the tetrahedra's edges at the surface, metres. error: searches for quadratic "
+        "tetrahedra that yield to the body's weight with at most this error. Warns "
+        "(UserWarning) of a body whose size, tetrahedra or Poisson's ratio may make its motion wrong.");
     m.def("save_body", &write_checked<save_body, Body>, py::arg("path"), py::arg("body"), UsesFiles(),
           "Writes a body file under a temporary name and renames it.");
     m.def(

@@ -65,14 +65,26 @@ void bind_surfaces(py::module_& m) {
         .def("__repr__", [](const TriMesh& mesh) {
             return fmt::format("<nbdtree.TriMesh: {} vertices, {} faces>", mesh.X.rows(), mesh.F.rows());
         });
-    py::class_<TetMesh>(m, "TetMesh", "A tetrahedral mesh.")
+    py::class_<TetMesh>(m, "TetMesh",
+                        "A mesh of linear tetrahedra, or of quadratic ones on Bezier control points: see "
+                        "make_quadratic().")
         .def(py::init(&tets_from), py::arg("X"), py::arg("T"),
              "X: positions [N, 3], metres; T: tetrahedra [T, 4], positively oriented. Both are copied.")
         .def_readonly("X", &TetMesh::X, "Positions [N, 3], float64, metres. Refers to the mesh.")
         .def_readonly("T", &TetMesh::T, "Tetrahedra [T, 4], int32. Refers to the mesh.")
+        .def_readonly(
+            "E", &TetMesh::E,
+            "Of quadratic tetrahedra, the nodes of their edges 01 02 03 12 13 23 [T, 6], int32; else "
+            "[0, 6]. Refers to the mesh.")
         .def("__repr__", [](const TetMesh& mesh) {
             return fmt::format("<nbdtree.TetMesh: {} nodes, {} tetrahedra>", mesh.X.rows(), mesh.T.rows());
         });
+    m.def(
+        "make_quadratic", [](const TetMesh& tets) { return as_elements(tets, Elements::quadratic); },
+        py::arg("tets"), Computes(),
+        "The same tetrahedra as quadratic ones: with a node for each edge, behind the nodes of the mesh. The "
+        "point of barycentric coordinates z lies at sum z_a^2 x_a + sum 2 z_a z_b x_ab, over corners and "
+        "edges.");
     m.def("read_surface", &read_surface, py::arg("path"), Computes(),
           "Reads the triangles of a .obj, .ply, .stl, .off or .glb file; see make_solid_boundary().");
     m.def("write_surface", &write_checked<write_mesh, TriMesh>, py::arg("path"), py::arg("mesh"), Computes(),

@@ -15,6 +15,7 @@
 
 #include "collision/tree/bound_kind.hpp"
 #include "meshing/body/material.hpp"
+#include "meshing/surface/quadratic_tets.hpp"
 #include "meshing/surface/subdivide.hpp"
 
 // What signatures say of arguments and results beyond their types in C++; write_stubs.py makes the types of
@@ -72,6 +73,14 @@ struct Names<SubdivisionScheme> {
 };
 
 template <>
+struct Names<Elements> {
+    static constexpr std::pair<const char*, Elements> all[] = {{"linear", Elements::linear},
+                                                               {"quadratic", Elements::quadratic}};
+    static Elements value(const std::string& text) { return value_named<Elements>("elements", text, all); }
+    static std::string text(Elements elements) { return all[static_cast<int>(elements)].first; }
+};
+
+template <>
 struct Names<MaterialLaw> {
     static MaterialLaw value(const std::string& text) {
         if (const auto law = material_law(text)) return *law;
@@ -109,6 +118,8 @@ template <>
 struct type_caster<nbd::BoundKind> : NamesCaster<nbd::BoundKind> {};
 template <>
 struct type_caster<nbd::SubdivisionScheme> : NamesCaster<nbd::SubdivisionScheme> {};
+template <>
+struct type_caster<nbd::Elements> : NamesCaster<nbd::Elements> {};
 template <>
 struct type_caster<nbd::MaterialLaw> : NamesCaster<nbd::MaterialLaw> {};
 

@@ -3,15 +3,18 @@
 #include <fmt/format.h>
 
 #include <Eigen/Core>
+#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <numbers>
 #include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "meshing/surface/quadratic_tets.hpp"
 #include "sim/fem/elastic_body.hpp"
 #include "sim/fem/modes.hpp"
 #include "tests/sim/support/one_body_world.hpp"
@@ -30,10 +33,14 @@ std::string model(const ElasticBody& body, double density_scale = 1) {
     for (Eigen::Index i = 0; i < mesh.X.rows(); ++i)
         fmt::format_to(out, "{}, {:.12g}, {:.12g}, {:.12g}\n", i + 1, mesh.X(i, 0), mesh.X(i, 1),
                        mesh.X(i, 2));
-    text += "*ELEMENT, TYPE=C3D4, ELSET=BODY\n";
-    for (Eigen::Index t = 0; t < mesh.T.rows(); ++t)
-        fmt::format_to(out, "{}, {}, {}, {}, {}\n", t + 1, mesh.T(t, 0) + 1, mesh.T(t, 1) + 1,
-                       mesh.T(t, 2) + 1, mesh.T(t, 3) + 1);
+    text += fmt::format("*ELEMENT, TYPE={}, ELSET=BODY\n", mesh.is_quadratic() ? "C3D10" : "C3D4");
+    for (Eigen::Index t = 0; t < mesh.T.rows(); ++t) {
+        fmt::format_to(out, "{}", t + 1);
+        for (const int node : mesh.T.row(t)) fmt::format_to(out, ", {}", node + 1);
+        if (mesh.is_quadratic())
+            for (const int k : {0, 3, 1, 2, 4, 5}) fmt::format_to(out, ", {}", mesh.E(t, k) + 1);
+        text += '\n';
+    }
     fmt::format_to(out, "*MATERIAL, NAME=ELASTIC\n*ELASTIC\n{:.12g}, {:.12g}\n*DENSITY\n{:.12g}\n",
                    material.young, material.poisson, density_scale * material.density);
     text += "*SOLID SECTION, ELSET=BODY, MATERIAL=ELASTIC\n";
@@ -76,12 +83,25 @@ std::istringstream after(const std::string& text, const std::string& title) {
     return std::istringstream(text.substr(at + title.size()));
 }
 
+/// Values of a field in the middle of edges, which are the degrees of freedom of C3D10. nodes: those of
+/// control points.
+Nodes at_middles(const TetMesh& mesh, Nodes nodes) {
+    const Nodes given = nodes;
+    for (Eigen::Index t = 0; t < mesh.E.rows(); ++t)
+        for (int k = 0; k < 6; ++k) {
+            const auto [a, b] = edges_of_tet[k];
+            const int node = mesh.E(t, k);
+            nodes.row(node) = given.row(node) / 2 + (given.row(mesh.T(t, a)) + given.row(mesh.T(t, b))) / 4;
+        }
+    return nodes;
+}
+
 /// The lowest `count` elastic frequencies of the free body (no rigid modes), Hz, ascending. C3D4 integrates
 /// its mass at one point, so point masses on the nodes take its place. Throws std::runtime_error with
 /// CalculiX's first error message; so does calculix_displacements.
 Eigen::VectorXd calculix_frequencies(const ElasticBody& body, int count) {
     constexpr int rigid = 6;
-    std::string input = model(body, 1e-12) + point_masses(body);
+    std::string input = body.rest().is_quadratic() ? model(body) : model(body, 1e-12) + point_masses(body);
     input += fmt::format("*STEP\n*FREQUENCY\n{}\n*END STEP\n", count + rigid);
     const std::string dat = run_calculix(input);
     std::istringstream table = after(dat, "(RAD/TIME)      (CYCLES/TIME     (RAD/TIME)");
@@ -94,6 +114,35 @@ Eigen::VectorXd calculix_frequencies(const ElasticBody& body, int count) {
         if (row >= rigid) hertz[row - rigid] = cycles;
     }
     return hertz;
+}
+
+/// The same of ours, with the mass of C3D10, which CalculiX integrates by the four points of its stiffness.
+/// That is exact for polynomials of degree two, and products of shape functions have four.
+Eigen::VectorXd frequencies_with_mass_of_four_points(const ElasticBody& body, int count) {
+    const TetMesh& mesh = body.rest();
+    const ElementNodes of_tets = nodes_of_tets(mesh);
+    Eigen::MatrixXd M = Eigen::MatrixXd::Zero(body.unknown_count(), body.unknown_count());
+    for (Eigen::Index t = 0; t < of_tets.rows(); ++t)
+        for (int p = 0; p < 4; ++p) {
+            Eigen::Vector4d z = Eigen::Vector4d::Constant((5 - std::sqrt(5)) / 20);
+            z[p] = (5 + 3 * std::sqrt(5)) / 20;
+            Eigen::Vector<double, 10> shapes;
+            shapes.head<4>() = z.cwiseAbs2();
+            for (int k = 0; k < 6; ++k)
+                shapes[4 + k] = 2 * z[edges_of_tet[k].first] * z[edges_of_tet[k].second];
+            const double mass = body.material().density * body.rest_volumes()[t] / 4;
+            for (int a = 0; a < 10; ++a)
+                for (int b = 0; b < 10; ++b)
+                    M.block<3, 3>(3 * of_tets(t, a), 3 * of_tets(t, b)).diagonal().array() +=
+                        mass * shapes[a] * shapes[b];
+        }
+    // Some motions have no mass at the points, so the other matrix has to be the positive definite one.
+    const Eigen::MatrixXd K = body.rest_stiffness();
+    const double shift = K.diagonal().minCoeff() / M.diagonal().maxCoeff();
+    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(M, K + shift * M,
+                                                                           Eigen::EigenvaluesOnly);
+    const Eigen::VectorXd squares = solver.eigenvalues().cwiseInverse().array() - shift;  // descending
+    return squares.reverse().segment(6, count).cwiseSqrt() / (2 * std::numbers::pi);
 }
 
 /// A body with fixed nodes and loads.
@@ -144,6 +193,16 @@ struct Clamped {
         length = size.maxCoeff(&along);
         size.minCoeff(&across);
         held = nodes_where(X, [&](const auto& p) { return p[along] < low[along] + 0.1 * length; });
+        // A node of an edge is held where both ends are: only then the edge is, in both programs.
+        std::vector<char> is_held(X.rows(), 0), is_free(X.rows(), 0);
+        for (const int node : held) is_held[node] = 1;
+        const TetMesh& mesh = body.tets;
+        for (Eigen::Index t = 0; t < mesh.E.rows(); ++t)
+            for (int k = 0; k < 6; ++k) {
+                const auto [a, b] = edges_of_tet[k];
+                if (!is_held[mesh.T(t, a)] || !is_held[mesh.T(t, b)]) is_free[mesh.E(t, k)] = 1;
+            }
+        std::erase_if(held, [&](int node) { return is_free[node] != 0; });
     }
     static Material undamped(Material material) {
         material.rayleigh_mass = material.rayleigh_stiffness = 0;
@@ -169,7 +228,7 @@ struct Clamped {
         return static_displacements(elastic, held, loads, {}, load_steps, newton_iterations);
     }
     Comparison compare(const StaticCase& load, const std::string& quantity) const {
-        const Nodes ours = displacements(load);
+        const Nodes ours = at_middles(elastic.rest(), displacements(load));
         const Nodes theirs = calculix_displacements(elastic, load);
         const double largest = theirs.rowwise().norm().maxCoeff();
         return {quantity, ours.rowwise().norm().maxCoeff(), largest,
@@ -182,11 +241,14 @@ struct Clamped {
 std::vector<Comparison> compare_frequencies(const Body& body, int count) {
     std::vector<Comparison> rows;
     const ElasticBody elastic(body.tets, body.material);
-    const Eigen::VectorXd ours = vibration_modes(elastic, {.count = count}).basis.frequencies;
+    const Eigen::VectorXd ours = body.tets.is_quadratic()
+                                     ? frequencies_with_mass_of_four_points(elastic, count)
+                                     : vibration_modes(elastic, {.count = count}).basis.frequencies;
     const Eigen::VectorXd theirs = calculix_frequencies(elastic, count);
     for (int i = 0; i < count; ++i)
-        rows.push_back({fmt::format("frequency {} with lumped mass [Hz]", i + 1), ours[i], theirs[i],
-                        std::abs(ours[i] / theirs[i] - 1)});
+        rows.push_back({fmt::format("frequency {} with {} [Hz]", i + 1,
+                                    body.tets.is_quadratic() ? "mass by four points" : "lumped mass"),
+                        ours[i], theirs[i], std::abs(ours[i] / theirs[i] - 1)});
     return rows;
 }
 
@@ -203,7 +265,7 @@ Comparison compare_large_deflection(const Body& body, MaterialLaw law, double sh
     const Clamped clamped(of_law);
     const double unit = clamped.displacements(clamped.weight(1)).rowwise().norm().maxCoeff();
     const StaticCase load = clamped.weight(share * clamped.length / unit);
-    const Nodes ours = clamped.displacements(load, 10, 30);
+    const Nodes ours = at_middles(body.tets, clamped.displacements(load, 10, 30));
     const Nodes theirs = calculix_displacements(clamped.elastic, load, true);
     const double largest = theirs.rowwise().norm().maxCoeff();
     return {fmt::format("large deflection under weight ({}) [m]", name(law)),

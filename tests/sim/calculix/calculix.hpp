@@ -7,8 +7,8 @@
 
 namespace nbd::test {
 
-/// Whether the independent FEM program `ccx` (Debian: calculix-ccx) is available. Its element C3D4 is the
-/// linear tetrahedron.
+/// Whether the independent FEM program `ccx` (Debian: calculix-ccx) is available. Its elements C3D4 and
+/// C3D10 are the linear and the quadratic tetrahedron.
 bool calculix_installed();
 
 /// One quantity of a body, computed by us and by CalculiX on the same tetrahedra.

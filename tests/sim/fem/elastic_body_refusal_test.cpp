@@ -103,7 +103,7 @@ class StepSystemOfABar : public ::testing::Test {
 };
 
 TEST_F(StepSystemOfABar, EliminationSolvesTheReducedSystem) {
-    system.assemble(state, dt, {.gravity = {0, -9.81, 0}, .forces = {}});
+    system.assemble(StepStart(state), dt, {.gravity = {0, -9.81, 0}, .forces = {}});
     const Eigen::MatrixXd A = matrix();
     const Eigen::VectorXd b = system.rhs();
     PrescribedNodes grips{{2, 11, 7}, Nodes(3, 3)};
@@ -132,12 +132,12 @@ TEST_F(StepSystemOfABar, EliminationSolvesTheReducedSystem) {
 }
 
 TEST_F(StepSystemOfABar, AssembleClearsPrescribedNodes) {
-    system.assemble(state, dt, {});
+    system.assemble(StepStart(state), dt, {});
     const Eigen::MatrixXd A = matrix();
     const Eigen::VectorXd b = system.rhs();
     system.prescribe({{3}, Nodes::Zero(1, 3)});
     EXPECT_TRUE(system.is_prescribed(3));
-    system.assemble(state, dt, {});
+    system.assemble(StepStart(state), dt, {});
     EXPECT_TRUE(Eigen::MatrixXd(matrix()) == A);
     EXPECT_TRUE(system.rhs() == b);
     EXPECT_FALSE(system.is_prescribed(3));
@@ -150,7 +150,7 @@ TEST_F(StepSystemOfABar, MultipliesTheSameWhateverItMultipliedBefore) {
         return result;
     };
     const Nodes other = test::wild_field(body.rest().X, 0.3);
-    system.assemble(state, dt, {});
+    system.assemble(StepStart(state), dt, {});
     const Eigen::VectorXd of_velocities = product(system, state.v), of_other = product(system, other);
     EXPECT_NE(of_velocities, of_other);
     EXPECT_EQ(product(system, state.v), of_velocities);
@@ -158,9 +158,9 @@ TEST_F(StepSystemOfABar, MultipliesTheSameWhateverItMultipliedBefore) {
 
     state.x *= 1.1;
     state.x.col(0).swap(state.x.col(1));
-    system.assemble(state, dt, {});
+    system.assemble(StepStart(state), dt, {});
     StepSystem fresh(body);
-    fresh.assemble(state, dt, {});
+    fresh.assemble(StepStart(state), dt, {});
     const Eigen::VectorXd of_another_pose = product(fresh, other);
     EXPECT_NE(of_another_pose, of_other);
     EXPECT_EQ(product(system, state.v), product(fresh, state.v));
@@ -175,13 +175,13 @@ TEST_F(StepSystemOfABar, MultipliesTheSameWhateverItMultipliedBefore) {
 
 TEST_F(StepSystemOfABar, RejectsInvalidArguments) {
     const BodyState bad{state.x.topRows(7), state.v};
-    EXPECT_EQ(test::refusal([&] { system.assemble(bad, dt, {}); }),
+    EXPECT_EQ(test::refusal([&] { system.assemble(StepStart(bad), dt, {}); }),
               "step: x has 7 rows, the body has 45 nodes");
-    EXPECT_EQ(test::refusal([&] { system.assemble(state, 0, {}); }),
+    EXPECT_EQ(test::refusal([&] { system.assemble(StepStart(state), 0, {}); }),
               "step: dt is 0 s, allowed: finite and > 0");
-    EXPECT_EQ(test::refusal([&] { system.assemble(state, dt, {.forces = Nodes::Zero(3, 3)}); }),
+    EXPECT_EQ(test::refusal([&] { system.assemble(StepStart(state), dt, {.forces = Nodes::Zero(3, 3)}); }),
               "step: forces has 3 rows, the body has 45 nodes");
-    system.assemble(state, dt, {});
+    system.assemble(StepStart(state), dt, {});
     const auto prescribe = [&](std::vector<int> nodes, const Nodes& v) {
         return test::refusal([&] { system.prescribe({nodes, v}); });
     };

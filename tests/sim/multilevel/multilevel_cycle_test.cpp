@@ -35,7 +35,7 @@ struct Scene {
         BodyState state{body.rest().X, Nodes::Zero(body.node_count(), 3)};
         state.x.col(1) = state.x.col(1).array() + 0.3 * state.x.col(0).array().square();
         systems.emplace_back(body);
-        systems.back().assemble(state, 0.01, {});
+        systems.back().assemble(StepStart(state), 0.01, {});
         first_unknown.push_back(first_unknown.back() + body.unknown_count());
     }
     /// A spring between the middle of nodes k and k + 1 of a small body and a node of the large one.
@@ -218,7 +218,7 @@ TEST(MultilevelCycle, SolvesTinyBodiesInShortSteps) {
     const ElasticBody tiny(test::box_mesh({0.002, 0.002, 0.002}, {2, 2, 2}), {.young = 1e4});
     std::vector<StepSystem> systems;
     systems.emplace_back(tiny);
-    systems[0].assemble({tiny.rest().X, Nodes::Zero(tiny.node_count(), 3)}, 1e-3, {});
+    systems[0].assemble(StepStart({tiny.rest().X, Nodes::Zero(tiny.node_count(), 3)}), 1e-3, {});
     const std::vector<int> first{0, tiny.unknown_count()};
     RestHierarchies hierarchies;
     MultilevelCycle cycle;

@@ -40,7 +40,7 @@ const std::string full = R"({
      "grips": [{"region": {"sphere": {"centre": [5, 5, 5], "radius": 1}}}, {"region": {"box": {"min": [0, 0, 0], "max": [1, 1, 1]}}, "translate": [0, 0, 1],
                 "rotate": {"axis": [1, 0, 0], "degrees": 180}, "duration": 2, "release": 3}]},
     {"surface": "/abs/b.obj", "transform": {"scale": 0.5},
-     "meshing": {"nodes": 500, "grading": 0.1, "subdivide": 2, "subdivision": "loop"}},
+     "meshing": {"nodes": 500, "grading": 0.1, "subdivide": 2, "subdivision": "loop", "elements": "quadratic"}},
     {"tets": "c.msh", "meshing": {"subdivide": 1}}
   ],
   "obstacles": [{"plane": {"normal": [0, 0, 3]}, "friction": 0.7},
@@ -90,6 +90,8 @@ TEST(Scene, ReadsEveryKey) {
     EXPECT_EQ(b.meshing.tets.nodes, 500);
     EXPECT_DOUBLE_EQ(b.meshing.tets.grading, 0.1);
     EXPECT_EQ(b.meshing.levels, 2);
+    EXPECT_EQ(b.meshing.elements, Elements::quadratic);
+    EXPECT_EQ(spec.bodies[2].meshing.elements, Elements::linear);
     EXPECT_EQ(b.meshing.scheme, SubdivisionScheme::loop);
     EXPECT_EQ(b.file, std::filesystem::path("/abs/b.obj"));
     EXPECT_EQ(b.name, "b");

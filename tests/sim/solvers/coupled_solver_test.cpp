@@ -39,7 +39,7 @@ struct TwistedBars {
                 state.x.row(k) = (R * (X - Eigen::Vector3d(1, 0.2, 0.2))).transpose();
                 state.v(k, 1) = std::sin(3 * X[0]);
             }
-            systems[i].assemble(state, dt, {.gravity = {0, 0, -9.81}, .forces = {}});
+            systems[i].assemble(StepStart(state), dt, {.gravity = {0, 0, -9.81}, .forces = {}});
             first_unknown.push_back(first_unknown.back() + body.unknown_count());
         }
         systems[0].prescribe({.nodes = {0, 1, 2, 3, 4, 5}, .v = Nodes::Constant(6, 3, 0.1)});
@@ -240,7 +240,7 @@ int iterations(const Eigen::Vector3i& cells, const Material& material, double st
     state.x.col(1) = state.x.col(1).array() + 0.2 * state.x.col(0).array().square();
     std::vector<StepSystem> systems;
     systems.emplace_back(body);
-    systems[0].assemble(state, step, {.gravity = {0, 0, -9.81}, .forces = {}});
+    systems[0].assemble(StepStart(state), step, {.gravity = {0, 0, -9.81}, .forces = {}});
     const std::vector<int> first{0, body.unknown_count()};
     const CoupledSystem system{systems, first, {}, {}};
     CoupledSolver solver(config);

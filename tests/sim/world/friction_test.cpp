@@ -72,8 +72,9 @@ TEST(Friction, OnTheFloorStaysWhereAWallLetsGo) {
                 if (s * dt < 0.05) continue;  // settles on the floor
                 const Eigen::Vector3d force = world.contact_forces(0).colwise().sum();
                 sum += force;
-                // A stiff block rattles, and what stretches friction in one step presses in another.
-                if (young == 1e9) continue;
+                // A block that vibrates faster than the steps rattles, and what stretches friction in one
+                // step presses in another.
+                if (2 * 0.2 / std::sqrt(young / 1000) < dt) continue;
                 EXPECT_NEAR(-force[0], mu * force[2], 0.01 * mu * force[2]) << s << ' ' << young << ' ' << dt;
             }
             EXPECT_NEAR(-sum[0], mu * sum[2], 0.025 * mu * sum[2]) << young << ' ' << dt;

@@ -179,7 +179,8 @@ TEST(SecondOrder, ThePotentialsGradientIsItsDerivative) {
     damped.rayleigh_stiffness = 0.01;
     const ElasticBody body(test::box_mesh({1, 0.5, 0.5}, {2, 1, 1}), damped);
     const Nodes& X = body.rest().X;
-    const BodyState start{X + test::wild_field(X, 0.02), test::wild_field(X, 1)};
+    StepStart start({X + test::wild_field(X, 0.02), test::wild_field(X, 1)});
+    start.impulses = test::wild_field(X, 2);
     const Loads loads{.gravity = {0, 0, -9.81}, .forces = test::wild_field(X, 5)};
     ElementPose damping;
     ElementForces forces;
