@@ -13,8 +13,7 @@
 
 namespace nbd {
 
-/// What is known at rest of the faces of a surface that is much finer than the tetrahedra that carry it, for
-/// HostProof. The host of some vertices is one of these tetrahedra, or of the corner_tets() of quadratic
+/// What is known at rest of the faces of a surface that tetrahedra carry, for HostProof. The host of some vertices is one of these tetrahedra, or of the corner_tets() of quadratic
 /// ones, in their middle. Its affine map, with gradient F, takes each node to where it stands but for a
 /// residual r, which is zero for its own nodes. A vertex is a sum of nodes with weights w that add to one. So
 /// two vertices, x at rest and y in a pose, have y1 - y2 = F (x1 - x2) + sum of (w1 - w2) r, and points of

@@ -72,7 +72,7 @@ MovingSurface::MovingSurface(std::shared_ptr<const ContactShape> shape, const Te
       tree_(bounded(bounds, shared_tree_, hangs_on_nodes_)),
       own_tree_(exact(shared_tree_, hangs_on_nodes_)) {
     move(tets.X, tets.X);
-    if (shape_->is_much_finer) find_hosts(tets);
+    if (tets.T.rows() > 0) find_hosts(tets);
 }
 
 MovingSurface::MovingSurface(const MovingSurface& twin, int body, const PairBounds& bounds)

@@ -76,8 +76,7 @@ class MovingSurface {
     bool can_miss() const noexcept { return !exact_tree_ && nbd::can_miss(tree_.kind()); }
     /// Whether tree() has exact bounds in the next motions, rather than those that were given.
     void be_exact(bool exact);
-    /// Tells which of its faces need no look in this motion. None unless the surface is much finer than the
-    /// tetrahedra that carry it.
+    /// Tells which of its faces need no look in this motion. None unless tetrahedra carry the surface.
     const std::optional<HostProof>& proof() const noexcept { return proof_; }
     /// By how much the positions that the tree sees may be off, metres.
     double rounding() const noexcept;
