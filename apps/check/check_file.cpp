@@ -17,6 +17,7 @@
 #include "meshing/h5/inspect.hpp"
 #include "meshing/h5/reader.hpp"
 #include "meshing/surface/counted.hpp"
+#include "meshing/surface/quadratic_tets.hpp"
 #include "training/files/recording_format.hpp"
 #include "training/files/tree_file.hpp"
 
@@ -71,15 +72,16 @@ class RecordingCheck {
 
     void check_body(int i) const {
         const TrajectoryInfo& info = recording_.trajectories()[i];
-        const auto nodes = body_->body.tets.X.rows(), tets = body_->body.tets.T.rows();
+        const auto nodes = body_->body.tets.X.rows(), points = corner_tets(body_->body.tets).rows();
         if (info.body_hash != body_->hash)
             refuse("trajectory {} is of body {}; allowed: {}, which is {}", info.id, info.body_hash,
                    body_->hash, body_->file);
         if (recording_.nodes(i) != nodes)
             refuse("trajectory {} has {} nodes; allowed: {}, as in {}", info.id, recording_.nodes(i), nodes,
                    body_->file);
-        if (const int has = recording_.contents(i).tets; has != 0 && has != tets)
-            refuse("trajectory {} has {} tetrahedra; allowed: {}, as in {}", info.id, has, tets, body_->file);
+        if (const int has = recording_.contents(i).tets; has != 0 && has != points)
+            refuse("trajectory {} has stresses at {} points; allowed: {}, as in {}", info.id, has, points,
+                   body_->file);
     }
 
     void check_frames(int i) const {

@@ -4,6 +4,8 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <stdexcept>
@@ -200,6 +202,25 @@ void check_edges(const TetMesh& tets) {
         throw std::invalid_argument(fmt::format("nodes of the edges of {} tetrahedra; allowed: {}, of all",
                                                 tets.E.rows(), tets.T.rows()));
     check_indices(tets.E, tets.X.rows(), "edges of tetrahedron", "node");
+    std::vector<std::array<int, 3>> edges;  // corners, ascending, and node
+    std::vector<char> is_corner(tets.X.rows(), 0);
+    for (const int node : tets.T.reshaped()) is_corner[node] = 1;
+    for (Eigen::Index t = 0; t < tets.T.rows(); ++t)
+        for (std::size_t k = 0; k < edges_of_tet.size(); ++k) {
+            const auto [low, high] =
+                std::minmax({tets.T(t, edges_of_tet[k].first), tets.T(t, edges_of_tet[k].second)});
+            edges.push_back({low, high, tets.E(t, k)});
+            if (is_corner[tets.E(t, k)])
+                throw std::invalid_argument(
+                    fmt::format("node {} is of a corner and of an edge of tetrahedron {}", tets.E(t, k), t));
+        }
+    std::ranges::sort(edges);
+    for (std::size_t i = 1; i < edges.size(); ++i)
+        if (edges[i][0] == edges[i - 1][0] && edges[i][1] == edges[i - 1][1] &&
+            edges[i][2] != edges[i - 1][2])
+            throw std::invalid_argument(
+                fmt::format("the edge between nodes {} and {} has nodes {} and {}; allowed: one", edges[i][0],
+                            edges[i][1], edges[i - 1][2], edges[i][2]));
     constexpr double rounding = 1e-6;  // of an edge
     for (Eigen::Index t = 0; t < tets.T.rows(); ++t)
         for (std::size_t k = 0; k < edges_of_tet.size(); ++k) {

@@ -27,7 +27,9 @@ Body make_body(std::string name, const TriMesh& surface, TetMesh tets, const Mat
     }
     Subdivision fine = subdivide(near, scheme, levels);
     body.surface = std::move(fine.mesh);
-    body.W = fine.S * embed(tets, near.X);
+    // Inside faces of quadratic tetrahedra, what lies on them in every pose is no mean of corners.
+    const bool is_curved = tets.is_quadratic() && levels > 0 && scheme == SubdivisionScheme::midpoint;
+    body.W = is_curved ? embed(tets, body.surface.X) : Embedding(fine.S * embed(tets, near.X));
     body.tets = std::move(tets);
     check_body(body);
     return body;

@@ -36,8 +36,8 @@ double volume(const TetMesh& tets, Eigen::Index t);
 /// Sum of the areas of triangles, m2. F: rows of X.
 double area(NodesRef X, FacesRef F);
 
-/// Faces of exactly one tetrahedron, oriented outward, sorted by (tet, local face). [b, 3] indices into
-/// tets.X.
+/// Faces of exactly one tetrahedron, by their corners, oriented outward, sorted by (tet, local face). [b, 3]
+/// indices into tets.X.
 Faces boundary_faces(const TetMesh& tets);
 
 /// Drops vertices that no face uses and returns their number; the others keep their order. Indices must be

@@ -48,7 +48,8 @@ TetMesh make_quadratic(TetMesh mesh) {
 
 TetMesh as_elements(TetMesh mesh, std::optional<Elements> elements) {
     if (!elements || mesh.is_quadratic() == (*elements == Elements::quadratic)) return mesh;
-    if (mesh.is_quadratic()) throw std::invalid_argument("its tetrahedra are quadratic; allowed: quadratic");
+    if (mesh.is_quadratic())
+        throw std::invalid_argument("its tetrahedra are quadratic and cannot become linear");
     return make_quadratic(std::move(mesh));
 }
 

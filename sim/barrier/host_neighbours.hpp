@@ -13,8 +13,8 @@
 
 namespace nbd {
 
-/// What is known at rest of the faces of a surface that tetrahedra carry, for HostProof. The host of some vertices is one of these tetrahedra, or of the corner_tets() of quadratic
-/// ones, in their middle. Its affine map, with gradient F, takes each node to where it stands but for a
+/// What is known at rest of the faces of a surface that tetrahedra carry, for HostProof. The host of some
+/// vertices is one of these, or of the corner_tets() of quadratic ones, in their middle. Its affine map, with gradient F, takes each node to where it stands but for a
 /// residual r, which is zero for its own nodes. A vertex is a sum of nodes with weights w that add to one. So
 /// two vertices, x at rest and y in a pose, have y1 - y2 = F (x1 - x2) + sum of (w1 - w2) r, and points of
 /// two faces differ by no more from F (x1 - x2) than some corners of theirs do.

@@ -58,7 +58,9 @@ std::shared_ptr<const Body> contact_body(const std::shared_ptr<const Body>& body
     const bool is_inside = body->W.nonZeros() > 0 && body->W.coeffs().minCoeff() >= outside;
     if (own_surface || !is_inside) return body;
     try {
-        Body boundary = make_body(body->name, body->tets, body->material);
+        // The nodes of edges move the middles of edges alone.
+        const int levels = body->tets.is_quadratic() ? 1 : 0;
+        Body boundary = make_body(body->name, body->tets, body->material, levels);
         if (body->W.rows() > many * boundary.W.rows())
             return std::make_shared<const Body>(std::move(boundary));
     } catch (const std::invalid_argument&) {  // tetrahedra whose boundary is no closed surface

@@ -47,8 +47,12 @@ std::optional<double> bending_error(const Body& body, int most_tets) {
                      richer = work_of_weight(ElasticBody(std::move(finer), body.material, regions), held,
                                              end.shortest);
         const double missing = (richer - work) / richer;
+        constexpr double rounding = 1e-6;  // richer elements can only yield more
+        if (!(work > 0) || !(missing > -rounding) || !(missing < 1)) return {};
         return quadratic ? 4 * missing / 3 : missing;
     } catch (const std::runtime_error&) {  // its end or another part of it is not held enough
+        return {};
+    } catch (const std::invalid_argument&) {  // tetrahedra that no simulation takes
         return {};
     }
 }

@@ -36,6 +36,7 @@ AllBlocks all_of(const TetBlocks& blocks) noexcept {
 }  // namespace
 
 void move_to_points(LaneMatrix3& of_corners) noexcept {
+    static_assert(lanes % 4 == 0);
     for (Lanes& entry : of_corners.entries)
         for (int first = 0; first < lanes; first += 4) {
             auto four = entry.segment<4>(first);

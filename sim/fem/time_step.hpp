@@ -11,7 +11,7 @@ struct BodyState {
     Nodes x, v;
 };
 
-/// Where a step starts, (x*, v*) with v* = v + M^-1 impulses.
+/// Where a step starts: x*, and v* = v + M^-1 impulses, kept apart as M is not diagonal in all bodies.
 struct StepStart : BodyState {
     Nodes impulses{};  // [N, 3] N s, or empty for none
 

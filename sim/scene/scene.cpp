@@ -140,9 +140,8 @@ SceneMeshing read_meshing(JsonObject from, BodySource source) {
     meshing.tets.grading = from.number("grading", meshing.tets.grading, {0, 2, "between 0 and 2"});
     meshing.edge = from.number("edge", meshing.edge, not_negative);
     if (meshing.edge > 0 && meshing.tets.nodes > 0) from.problem("nodes", "must not be beside \"edge\"");
-    meshing.elements = from.choice("elements", "linear", {"linear", "quadratic"}) == "linear"
-                           ? Elements::linear
-                           : Elements::quadratic;
+    const bool is_linear = from.choice("elements", "linear", {"linear", "quadratic"}) == "linear";
+    if (from.has("elements")) meshing.elements = is_linear ? Elements::linear : Elements::quadratic;
     meshing.scale = from.number("scale", meshing.scale, positive);
     meshing.weld = from.number("weld", meshing.weld, not_negative);
     meshing.levels = from.integer("subdivide", 0, {0, 4, "between 0 and 4"});

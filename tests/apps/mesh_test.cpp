@@ -97,7 +97,7 @@ TEST_F(Mesh, FindsQuadraticTetrahedraThatBendRightly) {
     make("mesh bar.h5 -o its_boundary.h5");
     EXPECT_TRUE(load_body(folder() / "its_boundary.h5").tets.is_quadratic());
     EXPECT_THAT(error("mesh bar.h5 -o linear.h5 --elements linear"),
-                testing::HasSubstr("bar.h5: its tetrahedra are quadratic; allowed: quadratic"));
+                testing::HasSubstr("bar.h5: its tetrahedra are quadratic and cannot become linear"));
 }
 
 TEST_F(Mesh, TakesAnEdgeLengthForBothKindsOfElements) {

@@ -86,6 +86,13 @@ TEST_F(BodyFile, RejectsQuadraticTetrahedraThatAreNone) {
     Body few = ten_nodes();
     few.tets.E.conservativeResize(1, Eigen::NoChange);
     EXPECT_EQ(error_of([&] { check_body(few); }), "nodes of the edges of 1 tetrahedra; allowed: 2, of all");
+    Body cracked = ten_nodes();
+    const int common = cracked.tets.E(0, 3), more = static_cast<int>(cracked.tets.X.rows());
+    cracked.tets.X.conservativeResize(more + 1, Eigen::NoChange);
+    cracked.tets.X.row(more) = cracked.tets.X.row(common);
+    cracked.tets.E(0, 3) = more;
+    cracked.W.conservativeResize(5, more + 1);
+    EXPECT_THAT(error_of([&] { check_body(cracked); }), testing::HasSubstr("; allowed: one"));
     Body wrong = ten_nodes();
     wrong.tets.E(1, 3) = 99;
     EXPECT_THAT(error_of([&] { check_body(wrong); }),

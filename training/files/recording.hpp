@@ -45,7 +45,8 @@ class SharedText {
 /// Arrays that the frames of a trajectory may have besides positions.
 enum class FrameField { contact_forces, first_piola_stress, deformation_gradients };
 
-/// Their names in files. of_tets: a 3 x 3 matrix for each tetrahedron; else a vector for each node.
+/// Their names in files. of_tets: a 3 x 3 matrix for each point of integration, one of
+/// a linear tetrahedron and four of a quadratic one; else a vector for each node.
 struct FrameFieldName {
     FrameField field;
     const char* name;
@@ -84,7 +85,7 @@ struct ContactDistances {
 
 /// What the frames of a trajectory have besides positions.
 struct FrameContents {
-    int tets = 0;  // number of tetrahedra; only for fields of these
+    int tets = 0;  // number of points of integration; only for fields of these
     PerField<bool> fields{};
     std::optional<ContactDistances> contact_edges{};  // if the frames have such edges
     bool operator==(const FrameContents&) const = default;

@@ -225,7 +225,9 @@ void bind_state(py::class_<WorldObject>& world) {
             [](const WorldObject& self, int body) -> const Eigen::VectorXd& {
                 return self.world.elastic(self.checked(body)).node_masses();
             },
-            refer, of_body, "Masses of the tet nodes [N], kg: a view.")
+            refer, of_body,
+            "Masses of the tet nodes [N], kg: a view. Of quadratic tetrahedra the sums of the mass matrix's rows, "
+            "right for momentum and weight, not for kinetic energy.")
         .def(
             "surface_positions",
             [](const UsedWorld& self, int body) { return self->world.surface(self->checked(body)); }, of_body,

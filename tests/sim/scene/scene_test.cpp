@@ -91,7 +91,7 @@ TEST(Scene, ReadsEveryKey) {
     EXPECT_DOUBLE_EQ(b.meshing.tets.grading, 0.1);
     EXPECT_EQ(b.meshing.levels, 2);
     EXPECT_EQ(b.meshing.elements, Elements::quadratic);
-    EXPECT_EQ(spec.bodies[2].meshing.elements, Elements::linear);
+    EXPECT_EQ(spec.bodies[2].meshing.elements, std::nullopt);
     EXPECT_EQ(b.meshing.scheme, SubdivisionScheme::loop);
     EXPECT_EQ(b.file, std::filesystem::path("/abs/b.obj"));
     EXPECT_EQ(b.name, "b");
