@@ -95,7 +95,7 @@ TriMesh remesh(const TriMesh& surface, double edge) {
     pmp::detect_sharp_edges(mesh, sharp, is_sharp);
     // Sharp edges keep their places: relaxed along them, the tips where they end would be lost.
     pmp::isotropic_remeshing(mesh.faces(), edge, mesh,
-                             pmp::parameters::number_of_iterations(5)
+                             CGAL::parameters::number_of_iterations(5)
                                  .number_of_relaxation_steps(3)
                                  .edge_is_constrained_map(is_sharp)
                                  .relax_constraints(false));
