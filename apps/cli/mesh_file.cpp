@@ -201,18 +201,18 @@ MeshedFile searched(const std::filesystem::path& path, const TriMesh& surface, M
         try {
             MeshedFile result = body_within(path, surface, config, out);
             Body& body = result.body;
-            out.work("estimating how rightly it bends");
-            body.bending_error = bending_error(body, 8 * most_tets);
             if (body.tets.T.rows() > most_tets) {
                 last += fmt::format("{}edges of {:.3g} m give {} tetrahedra, allowed: {}",
                                     last.empty() ? "" : "; ", config.edge, body.tets.T.rows(), most_tets);
                 break;
             }
+            out.work("estimating how rightly it bends");
+            body.bending_error = bending_error(body, 8 * most_tets);
             if (!body.bending_error) throw std::invalid_argument("its end cannot be held");
             if (*body.bending_error <= config.error) return result;
             last = fmt::format("edges of {:.3g} m leave {:.2g}", config.edge, *body.bending_error);
             config.edge *= std::clamp(0.9 * std::sqrt(config.error / *body.bending_error), 0.5, 0.9);
-        } catch (const std::exception& error) {  // gmsh and checks: other edges may do
+        } catch (const std::invalid_argument& error) {  // other edges may do
             last = error.what();
             config.edge *= 0.75;
         }

@@ -25,9 +25,9 @@ struct VtuBody {
 /// (number) and `von_mises` (Pa) and the point fields `displacement` (x minus start, metres), `velocity`
 /// (m/s) and `contact_force` (N). Quadratic tetrahedra are VTK's, whose points in the middle of edges lie on
 /// the curved edge, so these have the place and the velocity of the body there, and the force on the node of
-/// the edge. Atomic. Throws std::invalid_argument if shapes disagree, std::runtime_error
-/// with path and reason if writing fails. origin: what x and start are counted from; points are written with
-/// it, in float64 unless it is zero.
+/// the edge. Atomic. Throws std::invalid_argument if shapes disagree, std::runtime_error with path and reason
+/// if writing fails. origin: what x and start are counted from; points are written with it, in float64 unless
+/// it is zero.
 void write_vtu(const std::filesystem::path& path, std::span<const VtuBody> bodies,
                const Eigen::Vector3d& origin = Eigen::Vector3d::Zero());
 

@@ -14,10 +14,11 @@
 namespace nbd {
 
 /// What is known at rest of the faces of a surface that tetrahedra carry, for HostProof. The host of some
-/// vertices is one of these, or of the corner_tets() of quadratic ones, in their middle. Its affine map, with gradient F, takes each node to where it stands but for a
-/// residual r, which is zero for its own nodes. A vertex is a sum of nodes with weights w that add to one. So
-/// two vertices, x at rest and y in a pose, have y1 - y2 = F (x1 - x2) + sum of (w1 - w2) r, and points of
-/// two faces differ by no more from F (x1 - x2) than some corners of theirs do.
+/// vertices is one of these, or of the corner_tets() of quadratic ones, in their middle. Its affine map, with
+/// gradient F, takes each node to where it stands but for a residual r, which is zero for its own nodes. A
+/// vertex is a sum of nodes with weights w that add to one. So two vertices, x at rest and y in a pose, have
+/// y1 - y2 = F (x1 - x2) + sum of (w1 - w2) r, and points of two faces differ by no more from F (x1 - x2)
+/// than some corners of theirs do.
 ///
 /// Let s be the least stretch of F, and d the largest of |r| over the distance of its node from the host at
 /// rest. Then points of the faces have |y1 - y2| >= s |x1 - x2| - d D. D is the largest sum of |w1 - w2|
