@@ -19,6 +19,13 @@ void sort_uniquely(std::vector<int>& numbers) {
     numbers.erase(repeats.begin(), repeats.end());
 }
 
+std::vector<LeafPair> in_order(std::span<const LeafPair> pairs) {
+    std::vector<LeafPair> result;
+    for (const LeafPair& pair : pairs)
+        if (pair.a <= pair.b) result.push_back(pair);
+    return result;
+}
+
 std::size_t place_of(const std::vector<int>& ascending, int number) {
     return std::ranges::lower_bound(ascending, number) - ascending.begin();
 }
@@ -31,22 +38,53 @@ double ratio(double longest, double distance) noexcept {
 
 HostNeighbours::HostNeighbours(std::shared_ptr<const ContactShape> shape, const TetMesh& tets, Nodes rest,
                                const WideTree& tree, std::span<const LeafPair> near_leaves)
-    : shape_(std::move(shape)), nodes_(tets.X), rest_(std::move(rest)) {
+    : shape_(std::move(shape)),
+      nodes_(tets.X),
+      rest_(std::move(rest)),
+      contained_(*shape_, tets, rest_, tree,
+                 tets.is_quadratic() ? in_order(near_leaves) : std::vector<LeafPair>{}) {
     find_hosts(tets);
-    std::vector<LeafPair> pairs;
-    for (const LeafPair& pair : near_leaves)
-        if (pair.a <= pair.b) pairs.push_back(pair);
+    const std::vector<LeafPair> pairs = in_order(near_leaves);
     known_leaves_ = LeafPairSet(tree.blocks(), pairs);
-    const std::size_t of_leaves = pairs.size();
+    leaf_of_.resize(shape_->F.rows());
+    for (int leaf = 0; leaf < tree.leaves(); ++leaf) {
+        for (int k = 0; k < tree.faces_in[leaf]; ++k) {
+            const int f = tree.faces[tree_width * leaf + k];
+            leaf_of_[f] = leaf;
+            faces_of_leaf_.items.push_back(f);
+        }
+        faces_of_leaf_.end_list();
+    }
+    std::vector<LeafPair> contained, others;
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+        (tets.is_quadratic() && contained_.is_contained()[i] ? contained : others).push_back(pairs[i]);
+    std::ranges::sort(contained);
+    const std::size_t of_leaves = others.size();
     std::vector<Measured> all(of_leaves + shape_->F.rows());
     parallel_for(
         all.size(),
         [&](int k) {
             const std::size_t i = k;
-            all[i] = i < of_leaves ? measured(tree, pairs[i]) : measured(static_cast<int>(i - of_leaves));
+            all[i] = i < of_leaves ? measured(tree, others[i])
+                                   : measured(static_cast<int>(i - of_leaves), contained);
         },
         16);
     add(std::move(all));
+}
+
+void HostNeighbours::add_neighbours(LeafPair leaves, std::vector<FacePair>& pairs) const {
+    const auto neighbours_of = [&](int f) {
+        std::vector<int> others;
+        for (const int v : face(f))
+            for (int i = shape_->topology.vertex_begin[v]; i < shape_->topology.vertex_begin[v + 1]; ++i)
+                others.push_back(shape_->topology.vertex_faces[i]);
+        sort_uniquely(others);
+        return others;
+    };
+    for (const int f : faces_of_leaf_[leaves.a])
+        for (const int g : neighbours_of(f))
+            if (leaf_of_[g] == leaves.b && (leaves.a != leaves.b || f < g))
+                pairs.push_back({std::min(f, g), std::max(f, g)});
 }
 
 void HostNeighbours::find_hosts(const TetMesh& tets) {
@@ -168,13 +206,17 @@ double HostNeighbours::gap_between_middles(const Face& a, const Face& b) const {
     return way.isZero(0) ? 0 : (begin_of_b - end_of_a) / way.norm();
 }
 
-HostNeighbours::Measured HostNeighbours::measured(int f) const {
+/// contained: pairs of leaves whose faces are left out, ascending.
+HostNeighbours::Measured HostNeighbours::measured(int f, const std::vector<LeafPair>& contained) const {
     const std::vector<int>&begin = shape_->topology.vertex_begin, &of_vertex = shape_->topology.vertex_faces;
     const Face a = face(f);
     std::vector<int> others;
     for (const int v : a)
         for (int i = begin[v]; i < begin[v + 1]; ++i)
-            if (of_vertex[i] > f && !hang_on_one_host({f, of_vertex[i]})) others.push_back(of_vertex[i]);
+            if (const int g = of_vertex[i]; g > f && !hang_on_one_host({f, g})) {
+                const auto [low, high] = std::minmax({leaf_of_[f], leaf_of_[g]});
+                if (!std::ranges::binary_search(contained, LeafPair{low, high})) others.push_back(g);
+            }
     sort_uniquely(others);
     Measured result;
     if (others.empty()) return result;

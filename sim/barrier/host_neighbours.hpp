@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "collision/wide_tree/wide_walk.hpp"
+#include "sim/barrier/contained_pairs.hpp"
 #include "sim/patches/contact_shape.hpp"
 
 namespace nbd {
@@ -66,6 +67,10 @@ class HostNeighbours {
     std::span<const Group> unknown_groups() const noexcept { return groups(hosts_.size()); }
     /// The pairs of leaves of all groups.
     const LeafPairSet& known_leaves() const noexcept { return known_leaves_; }
+    /// Pairs of leaves that are in no group, with the faces in them that have a common vertex.
+    const ContainedPairs& contained() const noexcept { return contained_; }
+    /// Appends the pairs of faces of two leaves that have a common vertex.
+    void add_neighbours(LeafPair leaves, std::vector<FacePair>& pairs) const;
     /// Whether one tetrahedron carries all corners of two faces.
     bool hang_on_one_host(FacePair faces) const noexcept;
     const Nodes& nodes() const noexcept { return nodes_; }  // at rest
@@ -98,7 +103,7 @@ class HostNeighbours {
 
     void find_hosts(const TetMesh& tets);
     Measured measured(const WideTree& tree, LeafPair pair) const;
-    Measured measured(int face) const;
+    Measured measured(int face, const std::vector<LeafPair>& contained) const;
     void add(std::vector<Measured> all);
     Face face(int f) const { return {shape_->F(f, 0), shape_->F(f, 1), shape_->F(f, 2)}; }
     /// Distance at rest of their features without a common vertex, metres.
@@ -108,6 +113,9 @@ class HostNeighbours {
 
     std::shared_ptr<const ContactShape> shape_;
     Nodes nodes_, rest_;
+    std::vector<int> leaf_of_;  // [faces]
+    IndexLists faces_of_leaf_;
+    ContainedPairs contained_;
     std::vector<Host> hosts_;
     std::vector<int> host_of_;      // [n] the host that carries most of a vertex; none: no node carries it
     std::vector<char> is_carried_;  // [n] whether that host carries all of it

@@ -6,17 +6,10 @@
 #include <utility>
 
 #include "meshing/parallel/parallel_for.hpp"
+#include "sim/barrier/least_stretch.hpp"
 
 namespace nbd {
 namespace {
-
-/// The least singular value.
-double least_stretch(const Eigen::Matrix3d& F) {
-    Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
-    solver.computeDirect(F.transpose() * F, Eigen::EigenvaluesOnly);
-    constexpr double rounding = 1e-6;  // of the least root, by the largest
-    return std::sqrt(std::max(solver.eigenvalues()[0], 0.0)) - rounding * std::sqrt(solver.eigenvalues()[2]);
-}
 
 /// Whether faces with this ratio keep apart.
 bool keeps_apart(double stretch, double difference, double ratio) noexcept {
@@ -41,7 +34,7 @@ void HostProof::measure(int h, const Nodes& begin, const Nodes& end) {
         return edges * host.inverse_edges;
     };
     const Eigen::Matrix3d at_begin = gradient(begin), at_end = gradient(end);
-    stretches_[h] = (least_stretch(at_begin) + least_stretch(at_end) - (at_end - at_begin).norm()) / 2;
+    stretches_[h] = least_stretch(at_begin, at_end);
     const Nodes& rest = rest_->nodes();
     const int origin = host.nodes[0];
     std::vector<double>& residuals = residuals_[h];
@@ -65,6 +58,8 @@ void HostProof::prove(const Nodes& begin, const Nodes& end) {
     parallel_for(count, [&](int h) { measure(h, begin, end); });
     open_leaves_.clear();
     open_faces_.clear();
+    rest_->contained().prove(begin, end, least_share, open_leaves_);
+    for (const LeafPair& pair : open_leaves_) rest_->add_neighbours(pair, open_faces_);
     for (int h = 0; h < count; ++h)
         for (const HostNeighbours::Group& group : rest_->groups(h)) {
             if (keeps_apart(stretches_[h], differences_[h], group.ratio)) break;  // and so do all that follow

@@ -5,14 +5,19 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <ostream>
 #include <set>
 #include <vector>
 
 #include "collision/base/counter_random.hpp"
 #include "collision/geometry/triangle_triangle.hpp"
+#include "meshing/body/embed.hpp"
+#include "meshing/surface/quadratic_tets.hpp"
 #include "sim/barrier/intersections.hpp"
 #include "sim/barrier/near_features.hpp"
+#include "tests/meshing/shapes.hpp"
 #include "tests/support/box_body.hpp"
+#include "tests/support/box_mesh.hpp"
 
 namespace nbd {
 namespace {
@@ -60,8 +65,20 @@ struct FineBox {
         W.makeCompressed();
         shape = std::make_shared<const ContactShape>(W, body.surface.F, tets.X);
     }
+    /// The surface of a box deep within a box of few quadratic tetrahedra.
+    static FineBox in_quadratic_cage(double size) {
+        FineBox box;
+        box.tets = make_quadratic(test::box_mesh(size * Eigen::Vector3d(1, 0.4, 0.4), {3, 1, 1}));
+        TriMesh surface = test::box(0.8 * size, 0.3 * size, 0.25 * size, 12);
+        surface.X.rowwise() += size * Eigen::RowVector3d(0.1, 0.05, 0.08);
+        box.shape = std::make_shared<const ContactShape>(embed(box.tets, surface.X), surface.F, box.tets.X);
+        return box;
+    }
     TetMesh tets;
     std::shared_ptr<const ContactShape> shape;
+
+ private:
+    FineBox() = default;
 };
 
 double noise(std::uint64_t stream, std::uint64_t i) { return 2 * counter_uniform(17, stream, i) - 1; }
@@ -104,12 +121,18 @@ double feature_distance(const MovingSurface& s, const std::vector<MovingSurface>
 struct Box {
     double size;
     int smoothings;
+    bool in_quadratic_cage = false;
+    friend void PrintTo(const Box& box, std::ostream* out) {
+        *out << box.size << " m, smoothed " << box.smoothings << " times"
+             << (box.in_quadratic_cage ? ", in a quadratic cage" : "");
+    }
 };
 
 class HostProofTest : public testing::TestWithParam<Box> {
  protected:
     void SetUp() override {
-        const FineBox box(2, GetParam().size, GetParam().smoothings);
+        const FineBox box = GetParam().in_quadratic_cage ? FineBox::in_quadratic_cage(GetParam().size)
+                                                         : FineBox(2, GetParam().size, GetParam().smoothings);
         surfaces_.emplace_back(box.shape, box.tets, 0);
         X_ = box.tets.X;
         leaf_of_.resize(surface().F().rows());
@@ -171,8 +194,9 @@ TEST_P(HostProofTest, ItsFacesKeepTheirShareOfTheirDistance) {
                                 << a << ' ' << b;
                     });
                 }
+            // On few quadratic tetrahedra, whose gradients jump, less is proved.
             if (&pose < poses + 3) {
-                EXPECT_GT(proved, 0.8 * all) << pose.bend;
+                EXPECT_GT(proved, (GetParam().in_quadratic_cage ? 0.5 : 0.8) * all) << pose.bend;
             }
         }
     }
@@ -255,7 +279,9 @@ TEST_P(HostProofTest, NumbersThatAreNotFiniteProveNothing) {
     EXPECT_GT(proof.open_leaves().size() + proof.open_faces().size(), at_rest);
 }
 
-INSTANTIATE_TEST_SUITE_P(Boxes, HostProofTest, testing::Values(Box{1e-3, 0}, Box{100, 0}, Box{1, 4}));
+INSTANTIATE_TEST_SUITE_P(Boxes, HostProofTest,
+                         testing::Values(Box{1e-3, 0}, Box{100, 0}, Box{1, 4}, Box{1e-3, 0, true},
+                                         Box{100, 0, true}));
 
 TEST(HostProof, TwinsShareWhatIsKnownAtRest) {
     const FineBox box(2);
