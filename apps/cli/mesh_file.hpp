@@ -26,7 +26,8 @@ struct MeshFileConfig : SceneMeshing {
 struct MeshedFile {
     Body body;
     TetOptimization optimization;    // of tetrahedra made here
-    std::optional<CageReport> cage;  // with MeshFileConfig::cage
+    std::optional<CageReport> cage;  // of a body in a cage
+    TriMesh solid{};                 // that fills its tetrahedra, of a body in a cage
 };
 
 /// Makes a body from a file. A surface is checked and filled with tetrahedra; for tetrahedra made elsewhere

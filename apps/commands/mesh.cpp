@@ -90,6 +90,8 @@ nlohmann::ordered_json to_json(const CageReport& cage) {
     return {{"vertices", cage.vertices},
             {"faces", cage.faces},
             {"volume", cage.volume},
+            {"material", cage.material},
+            {"wraps_solid", cage.wraps_solid},
             {"distance", cage.distance},
             {"alpha", cage.alpha},
             {"offset", cage.offset},
@@ -140,11 +142,13 @@ void run(const MeshArguments& arguments, Output& out) {
     for (const std::string& hint : body_hints(body))
         out.warning(fmt::format("{}: {}", arguments.output, hint));
     out.work("estimating how rightly it bends");
-    if (!body.bending_error) body.bending_error = bending_error(body);
+    constexpr int most_tets = 24'000;
+    if (!body.bending_error)
+        body.bending_error = bending_error(body, most_tets, meshed.cage ? &meshed.solid : nullptr);
     out.text(body.bending_error
-                 ? fmt::format("yields {:.2g} % too little to its own weight, as richer elements tell",
+                 ? fmt::format("bends {:.2g} % too little, as richer elements tell",
                                100 * *body.bending_error)
-                 : "too many tetrahedra to estimate how rightly they bend, or none at an end to hold");
+                 : "too many tetrahedra to estimate how rightly they bend, or in several parts");
     save_body(arguments.output, body);
 
     out.text(fmt::format("{}: {} nodes, {} tetrahedra, collision surface of {} vertices and {} faces",
@@ -219,7 +223,7 @@ std::vector<CLI::Option*> add_filling_options(CLI::App& command, MeshFileConfig&
         command
             .add_option(
                 "--error", config.error,
-                "Search for quadratic tetrahedra that yield to the body's own weight with at most this "
+                "Search for quadratic tetrahedra that bend with at most this "
                 "error, such as 0.03, estimated by finer ones")
             ->check(between(1e-4, 0.5))
             ->excludes(nodes)

@@ -113,6 +113,8 @@ std::string body_hash(const Body& body) {
     h5::add_dataset(hash, "embedding/values", float64, {W.values.size()}, W.values.data());
     if (body.tets.is_quadratic())
         h5::add_dataset(hash, "tets/edges", int32, shape(body.tets.E), body.tets.E.data());
+    if (body.tets.fill.rows() > 0)
+        h5::add_dataset(hash, "tets/fill", float64, shape(body.tets.fill), body.tets.fill.data());
     if (!body.origin.isZero(0)) h5::add_dataset(hash, "origin", float64, {3}, body.origin.data());
     return hash.hex();
 }
@@ -128,12 +130,14 @@ void save_body(const std::filesystem::path& path, const Body& body) {
         "/", "body_sha256_of",
         std::string("tets/nodes tets/cells surface/vertices surface/faces embedding/rows embedding/cols "
                     "embedding/values") +
-            (body.tets.is_quadratic() ? " tets/edges" : "") + (is_far ? " origin" : ""));
+            (body.tets.is_quadratic() ? " tets/edges" : "") +
+            (body.tets.fill.rows() > 0 ? " tets/fill" : "") + (is_far ? " origin" : ""));
     if (body.bending_error) file.attribute("/", "bending_error", *body.bending_error);
     if (is_far) file.write("origin", body.origin);
     file.write("tets/nodes", body.tets.X);
     file.write("tets/cells", body.tets.T, deflate);
     if (body.tets.is_quadratic()) file.write("tets/edges", body.tets.E, deflate);
+    if (body.tets.fill.rows() > 0) file.write("tets/fill", body.tets.fill, deflate);
     file.write("surface/vertices", body.surface.X);
     file.write("surface/faces", body.surface.F, deflate);
     h5::write_sparse(file, "embedding", body.W);
@@ -154,6 +158,8 @@ Body load_body(const std::filesystem::path& path) {
     body.tets.T = file.matrix<Tets>("tets/cells", h5::any, 4);
     if (file.has("tets/edges"))
         body.tets.E = file.matrix<TetEdges>("tets/edges", static_cast<std::size_t>(body.tets.T.rows()), 6);
+    if (file.has("tets/fill"))
+        body.tets.fill = file.matrix<TetFill>("tets/fill", static_cast<std::size_t>(body.tets.T.rows()), 10);
     body.surface.X = file.matrix<Nodes>("surface/vertices", h5::any, 3);
     body.surface.F = file.matrix<Faces>("surface/faces", h5::any, 3);
     const std::size_t vertices = body.surface.X.rows();
@@ -235,6 +241,21 @@ void check_edges(const TetMesh& tets) {
         }
 }
 
+void check_fill(const TetMesh& tets) {
+    if (tets.fill.rows() != tets.T.rows())
+        throw std::invalid_argument(
+            fmt::format("fill of {} tetrahedra; allowed: {}, of all", tets.fill.rows(), tets.T.rows()));
+    check_finite(tets.fill, "fill of tetrahedron");
+    constexpr double rounding = 1e-9;
+    for (Eigen::Index t = 0; t < tets.T.rows(); ++t)
+        if (const double share = tets.filled(t);
+            !(tets.fill.row(t).minCoeff() >= -rounding && share > 0 && share <= 1 + rounding))
+            throw std::invalid_argument(
+                fmt::format("fill of tetrahedron {}: {} in all, {} the least; allowed: shares of at least 0 "
+                            "with a sum of more than 0, at most 1",
+                            t, share, tets.fill.row(t).minCoeff()));
+}
+
 void check_tets(const TetMesh& tets) {
     if (tets.X.rows() < 4 || tets.T.rows() < 1)
         throw std::invalid_argument(fmt::format("{} nodes and {} tetrahedra; allowed: at least 4 and 1",
@@ -250,6 +271,7 @@ void check_tets(const TetMesh& tets) {
                 fmt::format("tetrahedron {} has volume {:.3g} m3; allowed: more than 0", t, volume));
     }
     if (tets.is_quadratic()) check_edges(tets);
+    if (tets.fill.rows() > 0) check_fill(tets);
 }
 
 void check_embedding(const Body& body) {

@@ -30,7 +30,7 @@ struct Body {
     Material material;
     std::vector<MaterialRegion> regions{};  // distinct tetrahedra and names; all others are of `material`
     ModeBasis modes;
-    // By how much it yields too little to its weight, as nbd::bending_error() estimated; empty: not known.
+    // By how much it bends too little, as nbd::bending_error() estimated; empty: not known.
     std::optional<double> bending_error{};
 
     /// W in single precision, as bounds and recordings take it.

@@ -12,6 +12,8 @@
 
 #include "collision/geometry/far_origin.hpp"
 #include "meshing/body/embed.hpp"
+#include "meshing/surface/material_fill.hpp"
+#include "meshing/surface/solid_boundary.hpp"
 #include "meshing/tets/order_by_place.hpp"
 #include "meshing/tets/tet_quality.hpp"
 #include "meshing/tets/tetrahedralize.hpp"
@@ -76,14 +78,30 @@ Filled fill(const AlphaWrap& wrap, const TriMesh& soup, int nodes, Elements elem
     }
 }
 
+/// The solid that a soup bounds. One that is open or meets itself is taken from a close wrap.
+TriMesh solid_of(const AlphaWrap& wrap, const TriMesh& soup, bool& is_wrapped) {
+    for (const bool one_shell : {true, false}) try {
+            return make_solid_boundary(soup,
+                                       {.allow_components = !one_shell, .allow_self_intersection = one_shell})
+                .mesh;
+        } catch (const std::invalid_argument&) {
+        }
+    constexpr double alpha = 0.01, offset = 0.001;  // of its diagonal
+    is_wrapped = true;
+    const double size = wrap.box().diagonal().norm();
+    return wrap.wrap(alpha * size, offset * size);
+}
+
 }  // namespace
 
 std::string describe(const CageReport& r) {
     std::string text = fmt::format(
         "{}\n"
-        "cage: {} vertices, {} faces, volume {:.6g} m3; at most {:.3g} m from the surface (alpha {:.3g} m, "
-        "offset {:.3g} m)",
-        describe(r.soup), r.vertices, r.faces, r.volume, r.distance, r.alpha, r.offset);
+        "cage: {} vertices, {} faces, volume {:.6g} m3, of which the body fills {:.6g}; at most {:.3g} m from "
+        "the surface (alpha {:.3g} m, offset {:.3g} m)",
+        describe(r.soup), r.vertices, r.faces, r.volume, r.material, r.distance, r.alpha, r.offset);
+    if (r.wraps_solid)
+        text += "; what is solid was taken from a close wrap, as the surface is open or meets itself";
     if (r.closes_holes) text += "; stays coarse where a finer cage would enter the surface through its holes";
     if (r.joins_parts) text += "; stays coarse where a finer cage would fall into parts";
     if (r.optimization.poor_before > 0) text += fmt::format("\n{}", describe(r.optimization));
@@ -101,7 +119,8 @@ CageBody make_cage_body(std::string name, TriMesh surface, int nodes, const Mate
     if (nodes < min_cage_nodes || nodes > max_cage_nodes)
         throw std::invalid_argument(
             fmt::format("a cage of {} nodes; allowed: {} to {}", nodes, min_cage_nodes, max_cage_nodes));
-    Filled filled = fill(AlphaWrap(surface), surface, nodes, elements);
+    const AlphaWrap wrap(surface);
+    Filled filled = fill(wrap, surface, nodes, elements);
     report.vertices = filled.cage.surface.X.rows();
     report.faces = filled.cage.surface.F.rows();
     report.volume = tet_quality(filled.tets).volume;
@@ -115,6 +134,10 @@ CageBody make_cage_body(std::string name, TriMesh surface, int nodes, const Mate
     body.surface = std::move(surface);
     body.tets = std::move(filled.tets);
     body.W = std::move(filled.W);
+    result.solid = solid_of(wrap, body.surface, report.wraps_solid);
+    body.tets.fill = material_fill(body.tets, result.solid);
+    for (Eigen::Index t = 0; t < body.tets.T.rows(); ++t)
+        report.material += volume(body.tets, t) * body.tets.filled(t);
     check_body(body);
     return result;
 }

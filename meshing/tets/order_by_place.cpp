@@ -52,6 +52,7 @@ void order_by_place(TetMesh& tets) {
     const std::vector<int> order = sorted_by(tets.T.rows(), [&](int t) { return tets.T.row(t).minCoeff(); });
     tets.T = Tets(tets.T(order, Eigen::all));
     if (tets.is_quadratic()) tets.E = TetEdges(tets.E(order, Eigen::all));
+    if (tets.fill.rows() > 0) tets.fill = TetFill(tets.fill(order, Eigen::all));
 }
 
 }  // namespace nbd

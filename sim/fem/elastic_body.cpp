@@ -29,6 +29,9 @@ TetMesh checked(TetMesh mesh) {
     if (mesh.is_quadratic() && mesh.E.rows() != mesh.T.rows())
         throw std::invalid_argument(fmt::format("elastic body: {} tetrahedra, but nodes of edges of {}",
                                                 mesh.T.rows(), mesh.E.rows()));
+    if (mesh.fill.rows() > 0 && mesh.fill.rows() != mesh.T.rows())
+        throw std::invalid_argument(fmt::format("elastic body: {} tetrahedra, but fill of {}", mesh.T.rows(),
+                                                mesh.fill.rows()));
     std::vector<char> used(nodes, 0);
     const auto of_tets = nodes_of_tets(mesh);
     for (Eigen::Index t = 0; t < of_tets.rows(); ++t)
@@ -85,11 +88,12 @@ void ElasticBody::measure_rest() {
     const int points = point_count(), padded = (points + lanes - 1) / lanes * lanes;
     volume_.resize(element_count());
     for (int t = 0; t < element_count(); ++t) {
-        volume_[t] = volume(rest_, t);
+        volume_[t] = volume(rest_, t) * rest_.filled(t);
         if (!(volume_[t] > 0))
             throw std::invalid_argument(
                 fmt::format("tetrahedron {} has volume {} m3; allowed: more than 0", t, volume_[t]));
     }
+    set_points();
     gradient_.resize(padded / lanes);
     corner_weight_.resize(4UL * points);
     for (int lane = 0; lane < padded; ++lane) {
@@ -145,7 +149,7 @@ Eigen::Matrix<double, 3, 4> ElasticBody::corner_gradients(int corner_tet) const 
 NodeGradients ElasticBody::node_gradients(int tet, int point) const {
     if (!rest_.is_quadratic()) return corner_gradients(tet);
     NodeGradients G = NodeGradients::Zero(3, 10);
-    const auto z = [&](int corner) { return QuadraticRule::coordinate(point, corner); };
+    const auto z = [&](int corner) { return points(tet)(point, corner); };
     for (int a = 0; a < 4; ++a) G.col(a) = z(a) * corner_gradients(4 * tet + a).col(a);
     for (int k = 0; k < 6; ++k) {
         const auto [a, b] = edges_of_tet[k];
@@ -163,35 +167,33 @@ void ElasticBody::share_corner_weights() {
     }
 }
 
-// The integral of the product of two quadratic Bernstein polynomials with the exponents a and b, each of sum
-// 2, is volume / 210 times the product over corners of (a + b)! / (a! b!).
+void ElasticBody::set_points() {
+    const int count = rest_.fill.rows() > 0 ? element_count() : 1;
+    for (int t = 0; t < count; ++t) {
+        Eigen::Matrix<double, 1, 10> fill = Eigen::Matrix<double, 1, 10>::Constant(0.1);
+        if (rest_.fill.rows() > 0) fill = rest_.fill.row(t);
+        points_.push_back(points_of_fill(fill));
+    }
+}
+
 void ElasticBody::set_masses(const std::vector<double>& density) {
     const auto of_tets = nodes_of_tets(rest_);
     const int n = nodes_per_tet();
     node_mass_ = Eigen::VectorXd::Zero(node_count());
-    for (int t = 0; t < element_count(); ++t)
-        for (const int node : of_tets.row(t)) node_mass_[node] += density[t] * volume_[t] / n;
-    if (!rest_.is_quadratic()) return;
-    Eigen::Matrix<double, 10, 10> shares;
-    const auto exponent = [](int node, int corner) {
-        if (node < 4) return node == corner ? 2 : 0;
-        const auto [a, b] = edges_of_tet[node - 4];
-        return a == corner || b == corner ? 1 : 0;
-    };
-    constexpr std::array<int, 5> factorial{1, 1, 2, 6, 24};
-    for (int i = 0; i < n; ++i)
-        for (int j = 0; j < n; ++j) {
-            shares(i, j) = 1.0 / 210;
-            for (int corner = 0; corner < 4; ++corner) {
-                const int a = exponent(i, corner), b = exponent(j, corner);
-                shares(i, j) *= factorial[a + b] / (factorial[a] * factorial[b]);
-            }
+    if (rest_.is_quadratic()) mass_.assign(pattern_.block_count(), 0);
+    const ShapeProducts of_full = products_in_full_tet();
+    for (int t = 0; t < element_count(); ++t) {
+        const double mass = density[t] * volume_[t];
+        const bool is_full = std::abs(rest_.filled(t) - 1) < 1e-9;
+        const ShapeProducts products = is_full ? of_full : products_at(points(t));
+        for (int i = 0; i < n; ++i) {
+            double share = 1.0 / n;
+            if (!is_full) share = n == 10 ? products.row(i).sum() : points(t).col(i).mean();
+            node_mass_[of_tets(t, i)] += mass * share;
+            for (int j = 0; j < n && n == 10; ++j)
+                mass_[pattern_.find(of_tets(t, i), of_tets(t, j))] += mass * products(i, j);
         }
-    mass_.assign(pattern_.block_count(), 0);
-    for (int t = 0; t < element_count(); ++t)
-        for (int i = 0; i < n; ++i)
-            for (int j = 0; j < n; ++j)
-                mass_[pattern_.find(of_tets(t, i), of_tets(t, j))] += density[t] * volume_[t] * shares(i, j);
+    }
 }
 
 SparseMatrix ElasticBody::mass_matrix() const {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -10,6 +11,7 @@
 #include "meshing/body/body.hpp"
 #include "meshing/surface/mesh.hpp"
 #include "sim/factor/block_pattern.hpp"
+#include "sim/fem/quadratic_points.hpp"
 #include "sim/fem/step_matrix.hpp"
 #include "sim/materials/element_tangent.hpp"
 #include "sim/materials/material_law.hpp"
@@ -193,6 +195,11 @@ class ElasticBody {
     }
     void gradients(NodesRef x, int batch, LaneMatrix3& F) const;
     Lanes volumes(int batch) const;
+    void set_points();
+    const TetPoints& points(int tet) const noexcept { return points_[points_.size() > 1 ? tet : 0]; }
+    std::array<const TetPoints*, lanes / 4> points_in(int batch) const noexcept {
+        return {&points(point_in(batch, 0) / 4), &points(point_in(batch, 4) / 4)};
+    }
     void measure_batch(NodesRef x, int batch, ElementReport& report) const;
     void add_motion(int batch, const LaneMatrix3& F, const StepMotion& motion, ElementPose& pose,
                     LaneMatrix3& P) const;
@@ -233,7 +240,8 @@ class ElasticBody {
     std::vector<double> young_;                 // of moduli_, Pa
     BlockPattern pattern_;
     std::shared_ptr<const SweepOrder> order_;  // of the pattern
-    Eigen::VectorXd volume_;                   // [T]
+    Eigen::VectorXd volume_;                   // [T] that is filled
+    std::vector<TetPoints> points_;            // [T]; [1] if all are full
     Tets corner_tets_;                         // [points, 4]
     // Rest gradients of the shape functions 1 to 3 of corner tetrahedra, 1/m: columns of the transposed
     // inverse of the rest edges. Stored in batches of `lanes`; the last batch repeats its last one.

@@ -76,7 +76,7 @@ void ElasticBody::gradients(NodesRef x, int batch, LaneMatrix3& F) const {
     const LaneMatrix3& g = gradient_[batch];
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) F(i, j) = D(i, 0) * g(j, 0) + D(i, 1) * g(j, 1) + D(i, 2) * g(j, 2);
-    if (rest_.is_quadratic()) move_to_points(F);
+    if (rest_.is_quadratic()) mix_lanes(points_in(batch), F);
 }
 
 LaneModuli ElasticBody::lane_moduli(int batch) const {
@@ -268,9 +268,11 @@ void ElasticBody::store_blocks(int batch, LaneBlocks& of_points, ElementPose& po
         return nbd::store_blocks(of_points, points_of(batch), &pose.blocks[first_point(batch)]);
     std::array<TetBlocks, lanes> points;
     nbd::store_blocks(of_points, lanes, points.data());
-    for (int first = 0; first < points_of(batch); first += 4)
-        pose.quadratic_blocks[(first_point(batch) + first) / 4] =
-            stiffness_of_points(std::span(points).subspan(first).first<4>());
+    for (int first = 0; first < points_of(batch); first += 4) {
+        const int tet = (first_point(batch) + first) / 4;
+        pose.quadratic_blocks[tet] =
+            stiffness_of_points(this->points(tet), std::span(points).subspan(first).first<4>());
+    }
 }
 
 /// Adds its share of the damping to the blocks of the elasticity.
@@ -322,7 +324,7 @@ void ElasticBody::store_rates(int batch, ElementPose& pose) const {
 /// volume.
 void ElasticBody::store_forces(int batch, LaneMatrix3 P, ElementForces& forces) const {
     const LaneMatrix3& g = gradient_[batch];
-    if (rest_.is_quadratic()) move_to_points(P);
+    if (rest_.is_quadratic()) mix_lanes_transposed(points_in(batch), P);
     for (int i = 0; i < 3; ++i)
         for (int a = 0; a < 3; ++a) {
             const Lanes f = P(i, 0) * g(0, a) + P(i, 1) * g(1, a) + P(i, 2) * g(2, a);

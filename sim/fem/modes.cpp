@@ -22,8 +22,8 @@ namespace {
 
 constexpr int rigid_count = 6;
 constexpr double tolerance = 1e-12;        // ARPACK's, relative, of eigenvalues
-constexpr double zero_eigenvalue = 1e-12;  // times the largest one; rounding stays below, elastic modes above
-constexpr double shift_below_zero = 1e-8;  // times the largest eigenvalue; keeps K - sigma M well conditioned
+constexpr double zero_eigenvalue = 1e-12;  // times Pencil::large; rounding stays below, elastic modes above
+constexpr double shift_below_zero = 1e-8;  // likewise; keeps K - sigma M well conditioned
 
 // Entry i of a random vector with entries in [-1, 1).
 double seeded_uniform(std::uint64_t seed, std::uint64_t i) {
@@ -33,13 +33,13 @@ double seeded_uniform(std::uint64_t seed, std::uint64_t i) {
 struct Pencil {
     const ElasticBody& body;
     SparseMatrix K, M;
-    double largest;  // estimate of the largest eigenvalue
+    double large;  // the mean of the eigenvalues, weighted with masses: nodes with hardly any do not count
 
     explicit Pencil(const ElasticBody& b)
         : body(b),
           K(b.rest_stiffness()),
           M(b.mass_matrix()),
-          largest(K.diagonal().cwiseQuotient(M.diagonal()).maxCoeff()) {}
+          large(K.diagonal().sum() / M.diagonal().sum()) {}
 };
 
 struct EigenPairs {
@@ -51,7 +51,7 @@ struct EigenPairs {
 // The `count` eigenpairs with the smallest absolute eigenvalues.
 EigenPairs lowest_pairs(const Pencil& pencil, int count, const ModeOptions& options) {
     const int n = pencil.body.unknown_count();
-    const double sigma = -shift_below_zero * pencil.largest;
+    const double sigma = -shift_below_zero * pencil.large;
     Cholesky shifted;
     {
         const SparseMatrix A = pencil.K - sigma * pencil.M;
@@ -140,7 +140,7 @@ double rigid_residual(const Pencil& pencil, const Eigen::Ref<const Eigen::Matrix
 
 // Throws unless there are exactly six rigid modes and they span the rigid motions.
 void check_rigid(const Pencil& pencil, const EigenPairs& pairs, ModeReport& report) {
-    const double zero = zero_eigenvalue * pencil.largest;
+    const double zero = zero_eigenvalue * pencil.large;
     const auto found = (pairs.values.array() <= zero).count();
     if (found != rigid_count)
         throw std::runtime_error(

@@ -114,8 +114,17 @@ TEST_F(Mesh, TakesAnEdgeLengthForBothKindsOfElements) {
                            "surface; choose a shorter edge, or --cage N"));
     EXPECT_THAT(error("mesh bar.obj -o x.h5 --edge 1e-7"), testing::HasSubstr("longer edges need less"));
     write("sheet.obj", test::obj_file(test::box(1, 1, 0.01, 1)));
-    EXPECT_THAT(error("mesh sheet.obj -o x.h5 --error 0.01"),
-                testing::HasSubstr("no tetrahedra bend to an error of 0.01: "));
+    const auto caged = result("mesh sheet.obj -o caged.h5 --error 0.05");
+    EXPECT_LE(caged["bending_error"], 0.05);
+    EXPECT_NEAR(caged["cage"]["material"].get<double>(), 0.01, 1e-4) << "not the volume of the cage";
+    EXPECT_GT(caged["cage"]["volume"], 0.02);
+    EXPECT_FALSE(caged["cage"]["wraps_solid"]);
+    const TriMesh apart = test::joined(test::tetrahedron(), test::moved(test::tetrahedron(), 100, 0, 0));
+    write("apart.obj", test::obj_file(apart));
+    EXPECT_THAT(
+        error("mesh apart.obj -o x.h5 --error 0.05"),
+        testing::HasSubstr("no cage of at most 8000 tetrahedra bends to an error of 0.05: the surface "
+                           "falls into 2 parts"));
 }
 
 TEST_F(Mesh, RefusesSurfacesThatNeedMoreMemoryThanThereIs) {

@@ -79,6 +79,37 @@ TEST_F(BodyFile, RoundTripsQuadraticTetrahedra) {
     EXPECT_NE(body_hash(body), body_hash(two_tets()));
 }
 
+/// Filled in part.
+Body hollow() {
+    Body body = ten_nodes();
+    body.tets.fill = TetFill::Constant(2, 10, 0.1);
+    body.tets.fill.row(1) << 0.1, 0.05, 0, 0.02, 0.03, 0.04, 0.05, 0.06, 0.07, 1. / 30;
+    return body;
+}
+
+TEST_F(BodyFile, RoundTripsFill) {
+    const Body body = hollow();
+    save_body(folder / "body.h5", body);
+    const Body read = load_body(folder / "body.h5");
+    expect_same(read, body);
+    EXPECT_EQ(read.tets.fill, body.tets.fill);
+    EXPECT_NE(body_hash(body), body_hash(ten_nodes()));
+}
+
+TEST_F(BodyFile, RejectsFillThatIsNone) {
+    Body few = hollow();
+    few.tets.fill.conservativeResize(1, Eigen::NoChange);
+    EXPECT_EQ(error_of([&] { check_body(few); }), "fill of 1 tetrahedra; allowed: 2, of all");
+    for (const double wrong : {-0.2, 0.9, std::numeric_limits<double>::quiet_NaN()}) {
+        Body body = hollow();
+        body.tets.fill(1, 3) = wrong;
+        EXPECT_THAT(error_of([&] { check_body(body); }), testing::HasSubstr("fill of tetrahedron 1"));
+    }
+    Body empty = hollow();
+    empty.tets.fill.row(0).setZero();
+    EXPECT_THAT(error_of([&] { check_body(empty); }), testing::HasSubstr("fill of tetrahedron 0: 0 in all"));
+}
+
 TEST_F(BodyFile, RejectsQuadraticTetrahedraThatAreNone) {
     Body bent = ten_nodes();
     bent.tets.X(bent.tets.E(0, 2), 1) += 0.01;

@@ -173,6 +173,7 @@ def files(command, assets, tmp_path_factory):
     run("modes", "beam.h5", "-m", 16)
     run("mesh", assets / "beam.obj", "-o", "plain.h5")
     run("mesh", assets / "beam.obj", "-o", "quadratic.h5", "--edge", 0.1, "--elements", "quadratic")
+    run("mesh", assets / "beam.obj", "-o", "caged.h5", "--cage", 60)
     extras = ["--contact-forces", "--stress", "--deformation-gradients", "--contact-edges"]
     run("dataset", "plain.h5", "-o", "less.h5", "--trajectories", 5, "--frames", 3)
     run("dataset", "beam.h5", "-o", "more.h5", "--trajectories", 12, "--frames", 30, "--per-shard", 7,
@@ -200,7 +201,7 @@ def files(command, assets, tmp_path_factory):
 
 
 FILES = {
-    "body": ["beam.h5", "plain.h5", "block.h5", "far.h5", "quadratic.h5"],
+    "body": ["beam.h5", "plain.h5", "block.h5", "far.h5", "quadratic.h5", "caged.h5"],
     "recording": ["scene.h5", "remapped.h5", "more.shards/000000-000006.h5", "less.shards/000000-000004.h5",
                   "far_poses.shards/000000-000002.h5"],
     "dataset": ["more.h5", "less.h5", "far_poses.h5"],

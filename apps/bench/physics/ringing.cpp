@@ -1,13 +1,17 @@
 // What rings: frequencies against closed forms, and the energy that is left.
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <mutex>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 #include "apps/bench/physics/physics_check.hpp"
 #include "apps/bench/physics/physics_world.hpp"
+#include "meshing/cage/cage_body.hpp"
 #include "sim/fem/modes.hpp"
 
 namespace nbd {
@@ -59,17 +63,17 @@ std::vector<double> bending_frequencies(double L, double a, const Material& m, i
     return found;
 }
 
-/// parameter: Poisson's ratio.
-PhysicsOutcome ringing_bar(const PhysicsCase& c) {
-    constexpr int count = 10;
-    const double L = c.size, a = 0.1 * L;
-    const Material material = undamped_material(c, c.parameter);
-    const ElasticBody elastic(bar_mesh(c), material);
+Eigen::VectorXd lowest_frequencies(const ElasticBody& elastic, int count) {
     static std::mutex one;  // ARPACK keeps variables of a run
-    const Eigen::VectorXd found = [&] {
-        const std::lock_guard lock(one);
-        return Eigen::VectorXd(vibration_modes(elastic, {.count = count}).basis.frequencies);
-    }();
+    const std::lock_guard lock(one);
+    return vibration_modes(elastic, {.count = count}).basis.frequencies;
+}
+
+/// Of the lowest frequencies of a free bar of ten to one.
+PhysicsOutcome worst_frequency(const ElasticBody& elastic, double L, int count) {
+    const double a = 0.1 * L;
+    const Material& material = elastic.material();
+    const Eigen::VectorXd found = lowest_frequencies(elastic, count);
     std::vector<double> truth;
     for (const double f : bending_frequencies(L, a, material, count)) truth.insert(truth.end(), {f, f});
     const double shear = std::sqrt(material.young / (2 * (1 + material.poisson)) / material.density),
@@ -85,6 +89,35 @@ PhysicsOutcome ringing_bar(const PhysicsCase& c) {
         if (here.error > worst.error) worst = here;
     }
     return worst;
+}
+
+/// parameter: Poisson's ratio.
+PhysicsOutcome ringing_bar(const PhysicsCase& c) {
+    return worst_frequency(ElasticBody(bar_mesh(c), undamped_material(c, c.parameter)), c.size, 10);
+}
+
+/// A box askew in a cage of quadratic tetrahedra with so many corners.
+ElasticBody caged(const Vector3d& size, int corners, const Material& material) {
+    TriMesh box = box_surface(size, {1, 1, 1});
+    box.X = (box.X * Eigen::AngleAxisd(0.4, Vector3d(1, 2, 3).normalized()).toRotationMatrix()).eval();
+    return ElasticBody(make_cage_body("box", box, corners, material, Elements::quadratic).body);
+}
+
+/// parameter: corners of the cage.
+PhysicsOutcome caged_bar(const PhysicsCase& c) {
+    return worst_frequency(
+        caged(c.size * Vector3d(1, 0.1, 0.1), static_cast<int>(c.parameter), undamped_material(c, 0.3)),
+        c.size, 4);
+}
+
+/// A plate of a hundred to one. parameter: corners of the cage.
+PhysicsOutcome caged_plate(const PhysicsCase& c) {
+    const double L = c.size, t = 0.01 * L;
+    const Material material = undamped_material(c, 0.3);
+    const double stiffness = material.young * t * t * t / (12 * (1 - material.poisson * material.poisson));
+    return relative_outcome(
+        lowest_frequencies(caged({L, L, t}, static_cast<int>(c.parameter), material), 1)[0],
+        13.489 / (L * L) * std::sqrt(stiffness / (material.density * t)) / (2 * std::numbers::pi));
 }
 
 /// Energy of a bar that rings lengthwise, after ten periods of 50 steps.
@@ -116,17 +149,32 @@ PhysicsOutcome ringing_energy(const PhysicsCase& c) {
 std::vector<PhysicsCheck> ringing_checks() {
     std::vector<PhysicsCase> bars = bar_cases();
     for (PhysicsCase& c : bars) c.dt = 0;
+    const auto cages = [](std::vector<double> corners) {
+        PhysicsRange range = still_range;
+        range.sizes = {0.01, 1, 100};
+        range.steps = {0};
+        range.parameters = std::move(corners);
+        return range;
+    };
     const PhysicsRange periods{.sizes = three_sizes, .steps = {0}};
     std::vector<PhysicsCase> lengthwise = all_cases(periods, 5);
     for (PhysicsCase& c : lengthwise) c.dt = 2 * c.size / speed_of_sound(c) / 50;
-    return {{"bar_frequencies",
-             "A free bar of ten to one, its surface of four cells across, "
-             "has the ten lowest frequencies of a Timoshenko beam, Saint-Venant's torsion and sound.",
-             "frequency, Hz", 0.03, bars, ringing_bar, "Poisson's ratio"},
-            {"ringing_energy",
-             "An undamped bar that rings lengthwise keeps 99 % of its energy "
-             "over ten periods of 50 steps.",
-             "share of energy left", 0.01, lengthwise, ringing_energy}};
+    return {
+        {"bar_frequencies",
+         "A free bar of ten to one, its surface of four cells across, "
+         "has the ten lowest frequencies of a Timoshenko beam, Saint-Venant's torsion and sound.",
+         "frequency, Hz", 0.03, bars, ringing_bar, "Poisson's ratio"},
+        {"caged_bar",
+         "The same bar in a cage of quadratic tetrahedra, which it fills by less than half, has the same four lowest.",
+         "frequency, Hz", 0.03, all_cases(cages({50, 100, 200}), 4), caged_bar, "corners of the cage"},
+        {"caged_plate",
+         "A free square plate, a hundredth thick, in a cage of quadratic tetrahedra has a lowest frequency "
+         "of 13.489 / L^2 sqrt(D / (rho t)) (Leissa).",
+         "frequency, Hz", 0.05, all_cases(cages({100, 200, 400}), 4), caged_plate, "corners of the cage"},
+        {"ringing_energy",
+         "An undamped bar that rings lengthwise keeps 99 % of its energy "
+         "over ten periods of 50 steps.",
+         "share of energy left", 0.01, lengthwise, ringing_energy}};
 }
 
 }  // namespace nbd

@@ -209,6 +209,9 @@ void bind_cages(py::module_& m) {
         .def_readonly("vertices", &CageReport::vertices)
         .def_readonly("faces", &CageReport::faces)
         .def_readonly("volume", &CageReport::volume, "Of the cage, m3.")
+        .def_readonly("material", &CageReport::material, "Of what the body fills of it, m3.")
+        .def_readonly("wraps_solid", &CageReport::wraps_solid,
+                      "Whether that was taken from a close wrap, as the surface is open or meets itself.")
         .def_readonly("alpha", &CageReport::alpha, "Radius of the ball that the wrap kept out, metres.")
         .def_readonly("offset", &CageReport::offset, "Of the cage's vertices from the surface, metres.")
         .def_readonly("distance", &CageReport::distance, "Greatest between cage and surface, metres.")
@@ -276,7 +279,7 @@ void bind_bodies(py::module_& m) {
         .def_readonly("material", &Body::material)
         .def_readonly(
             "bending_error", &Body::bending_error,
-            "By how much the body yields too little to its own weight, as `nbdtree mesh` estimated; "
+            "By how much the body bends too little, as `nbdtree mesh` estimated; "
             "None: not known.")
         .def_property_readonly("modes", &modes_of, "None, or (U, frequencies). Refers to the body.")
         .def_property_readonly(

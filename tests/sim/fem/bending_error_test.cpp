@@ -62,14 +62,10 @@ TEST(BendingError, TakesTheMaterialsOfRegions) {
     EXPECT_GT(std::abs(bending_error(body).value() - plain), 0.05 * plain);
 }
 
-TEST(BendingError, IsNotKnownOfLargeBodiesAndOfThoseThatCannotBeHeld) {
+TEST(BendingError, IsNotKnownOfLargeBodiesAndOfThoseInParts) {
     EXPECT_FALSE(bending_error(bar({10, 2, 2}, true, 0.3, {1, 0.1, 0.09}), 8 * 239));
     EXPECT_TRUE(bending_error(bar({10, 2, 2}, true, 0.3, {1, 0.1, 0.09}), 8 * 240));
     EXPECT_GT(bending_error(bar({1, 1, 1}, false, 0.3, {1, 0.1, 0.09})).value(), 0.9) << "the coarsest";
-    TetMesh spike{Nodes(4, 3), Tets(1, 4)};
-    spike.X << 0, 0, 0, 1, 0, 0, 1, 0.2, 0, 1, 0, 0.1;
-    spike.T << 0, 1, 2, 3;
-    EXPECT_FALSE(bending_error(make_body("spike", spike))) << "its end is a point";
     Body two = bar({10, 1, 1}, false, 0.3, {1, 0.1, 0.09});
     const TetMesh one = two.tets;
     two.tets.X.conservativeResize(2 * one.X.rows(), 3);

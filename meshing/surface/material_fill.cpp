@@ -1,0 +1,202 @@
+#include "meshing/surface/material_fill.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "meshing/parallel/parallel_for.hpp"
+#include "meshing/surface/box_tree.hpp"
+#include "meshing/surface/quadratic_tets.hpp"
+
+namespace nbd {
+namespace {
+
+/// Where a line passes into (1) or out of (-1) a face, seen from below.
+struct Crossing {
+    double height;
+    int turn;
+};
+
+/// A closed surface, of which lines along the axes find the inside.
+class Solid {
+ public:
+    explicit Solid(const TriMesh& surface) : surface_(surface), tree_(boxes_of(surface)) {}
+
+    /// The axis that the faces near a box look along the most; -1 if there are none.
+    int main_axis(const Eigen::AlignedBox3d& box) const {
+        Eigen::Vector3d areas = Eigen::Vector3d::Zero();
+        bool is_near = false;
+        tree_.overlapping(box, [&](int f) {
+            is_near = true;
+            areas += (corner(f, 1) - corner(f, 0)).cross(corner(f, 2) - corner(f, 0)).cwiseAbs();
+        });
+        int axis = -1;
+        if (is_near) areas.maxCoeff(&axis);
+        return axis;
+    }
+
+    /// The crossings below a height of the line along an axis through `point`, by height.
+    void crossings(int axis, const Eigen::Vector3d& point, double highest,
+                   std::vector<Crossing>& found) const {
+        found.clear();
+        Eigen::AlignedBox3d line(point, point);
+        line.min()[axis] = -std::numeric_limits<double>::infinity();
+        line.max()[axis] = highest;
+        tree_.overlapping(line, [&](int f) {
+            if (const int turn = turn_of(f, axis, point); turn != 0) {
+                const Eigen::Vector3d a = corner(f, 0), n = (corner(f, 1) - a).cross(corner(f, 2) - a);
+                // The height at which the plane of the face holds the line.
+                double height = a[axis];
+                if (n[axis] != 0)
+                    for (const int side : {(axis + 1) % 3, (axis + 2) % 3})
+                        height -= n[side] * (point[side] - a[side]) / n[axis];
+                if (height <= highest) found.push_back({height, turn});
+            }
+        });
+        std::ranges::sort(found, {}, [](const Crossing& c) { return std::pair(c.height, -c.turn); });
+    }
+
+ private:
+    static std::vector<BoxTree::Box> boxes_of(const TriMesh& surface) {
+        std::vector<BoxTree::Box> boxes(surface.F.rows());
+        for (std::size_t f = 0; f < boxes.size(); ++f)
+            for (const int v : surface.F.row(f)) boxes[f].extend(surface.X.row(v).transpose());
+        return boxes;
+    }
+
+    Eigen::Vector3d corner(int f, int k) const { return surface_.X.row(surface_.F(f, k)); }
+
+    /// Whether the line passes into (1) or out of (-1) the solid through a face, or beside it (0). A line
+    /// through an edge counts for one of its faces: sides are told from sorted vertices, and none is zero.
+    int turn_of(int f, int axis, const Eigen::Vector3d& point) const {
+        const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+        const auto is_left = [&](int from, int to) {
+            const bool swap = from > to;
+            if (swap) std::swap(from, to);
+            const auto a = surface_.X.row(from), b = surface_.X.row(to);
+            const double side = (b[u] - a[u]) * (point[v] - a[v]) - (b[v] - a[v]) * (point[u] - a[u]);
+            return (side >= 0) != swap;
+        };
+        const auto F = surface_.F.row(f);
+        const bool first = is_left(F[0], F[1]);
+        if (first != is_left(F[1], F[2]) || first != is_left(F[2], F[0])) return 0;
+        return first ? -1 : 1;  // counterclockwise from above: its outside is above
+    }
+
+    const TriMesh& surface_;
+    BoxTree tree_;
+};
+
+using Moments = Eigen::Matrix4d;  // means of z z^T with barycentric coordinates z
+
+/// A tetrahedron with lines through it along an axis.
+class LinesOfTet {
+ public:
+    LinesOfTet(const Eigen::Matrix<double, 4, 3>& corners, int axis) : corners_(corners), axis_(axis) {
+        Eigen::Matrix4d M;
+        M << corners.transpose(), Eigen::RowVector4d::Ones();
+        const Eigen::Matrix4d inverse = M.inverse();
+        slope_ = inverse.leftCols<3>();
+        offset_ = inverse.col(3);
+    }
+
+    /// Means of z z^T over the material.
+    Moments moments(const Solid& solid) const {
+        const Eigen::RowVector3d low = corners_.colwise().minCoeff(), high = corners_.colwise().maxCoeff();
+        Moments inside = Moments::Zero();
+        double whole = 0;
+        std::vector<Crossing> crossings;
+        for (int line = 0; line < lines; ++line) {
+            // A sequence of low discrepancy, so that no face is parallel to rows of lines.
+            Eigen::Vector3d point = low;
+            const auto at = [&](double step) { return std::fmod(0.5 + step * (line + 1), 1.0); };
+            point[(axis_ + 1) % 3] += at(0.7548776662466927) * (high - low)[(axis_ + 1) % 3];
+            point[(axis_ + 2) % 3] += at(0.5698402909980532) * (high - low)[(axis_ + 2) % 3];
+            const auto [from, to] = span_of(point);
+            if (!(to > from)) continue;
+            whole += to - from;
+            solid.crossings(axis_, point, to, crossings);
+            int winding = 0;
+            double start = from;
+            for (const Crossing& crossing : crossings) {
+                const double end = std::max(crossing.height, from);
+                if (winding != 0) add(point, start, end, inside);
+                start = end;
+                winding += crossing.turn;
+            }
+            if (winding != 0) add(point, start, to, inside);
+        }
+        return inside / whole;
+    }
+
+ private:
+    static constexpr int lines = 4000;  // over a rectangle around it; about a third pass through it
+
+    /// The heights between which the line through a point lies in the tetrahedron.
+    std::pair<double, double> span_of(Eigen::Vector3d point) const {
+        double from = corners_.col(axis_).minCoeff(), to = corners_.col(axis_).maxCoeff();
+        point[axis_] = 0;
+        const Eigen::Vector4d z = slope_ * point + offset_;
+        for (int a = 0; a < 4; ++a) {
+            const double grows = slope_(a, axis_);
+            if (grows > 0) from = std::max(from, -z[a] / grows);
+            if (grows < 0) to = std::min(to, -z[a] / grows);
+            if (grows == 0 && z[a] < 0) to = from;
+        }
+        return {from, to};
+    }
+
+    /// Adds the integral of z z^T along a piece of the line.
+    void add(Eigen::Vector3d point, double from, double to, Moments& sum) const {
+        if (!(to > from)) return;
+        point[axis_] = (from + to) / 2;
+        const Eigen::Vector4d middle = slope_ * point + offset_, half = slope_.col(axis_) * (to - from) / 2;
+        sum += (to - from) * (middle * middle.transpose() + half * half.transpose() / 3);
+    }
+
+    Eigen::Matrix<double, 4, 3> corners_;
+    int axis_;
+    Eigen::Matrix<double, 4, 3> slope_;  // of the barycentric coordinates
+    Eigen::Vector4d offset_;
+};
+
+}  // namespace
+
+TetFill material_fill(const TetMesh& tets, const TriMesh& surface) {
+    constexpr double beside = 1e-5;  // counted of what is not material
+    const Moments full = (Moments::Identity() + Moments::Ones()) / 20;
+    const Solid solid(surface);
+    TetFill fill(tets.T.rows(), 10);
+    parallel_for(
+        static_cast<int>(tets.T.rows()),
+        [&](int t) {
+            Eigen::Matrix<double, 4, 3> corners;
+            Eigen::AlignedBox3d box;
+            for (int k = 0; k < 4; ++k) {
+                corners.row(k) = tets.X.row(tets.T(t, k));
+                box.extend(corners.row(k).transpose());
+            }
+            Moments S = Moments::Zero();
+            if (const int axis = solid.main_axis(box); axis >= 0) {
+                S = LinesOfTet(corners, axis).moments(solid);
+            } else {
+                const Eigen::Vector3d middle = corners.colwise().mean().transpose();
+                std::vector<Crossing> below;
+                solid.crossings(0, middle, middle.x(), below);
+                int winding = 0;
+                for (const Crossing& crossing : below) winding += crossing.turn;
+                if (winding != 0) S = full;
+            }
+            S = (1 - beside) * S + beside * full;
+            for (int a = 0; a < 4; ++a) fill(t, a) = S(a, a);
+            for (int k = 0; k < 6; ++k) fill(t, 4 + k) = 2 * S(edges_of_tet[k].first, edges_of_tet[k].second);
+        },
+        8);
+    return fill;
+}
+
+}  // namespace nbd
