@@ -189,15 +189,21 @@ MeshedFile searched_edge(const std::filesystem::path& path, const TriMesh& surfa
 /// Likewise, with more and more nodes in a cage.
 MeshedFile searched_cage(const std::filesystem::path& path, const TriMesh& surface, MeshFileConfig config,
                          const Output& out) {
-    constexpr int rounds = 10;
+    constexpr int rounds = 16;
     config.cage = min_cage_nodes;
     std::string last;
-    for (int round = 0; round < rounds && config.cage <= most_tets_searched; ++round) {
+    int most_that_fit = 0, least_too_many = most_tets_searched;  // corners
+    for (int round = 0; round < rounds && least_too_many > 1.1 * most_that_fit; ++round) {
         double more = 1.5;
         try {
             MeshedFile result = in_cage(path, surface, config, Elements::quadratic, out);
             Body& body = result.body;
-            if (body.tets.T.rows() > most_tets_searched) break;
+            if (body.tets.T.rows() > most_tets_searched) {
+                least_too_many = config.cage;
+                config.cage = (most_that_fit + least_too_many) / 2;
+                continue;
+            }
+            most_that_fit = config.cage;
             out.work("estimating how rightly it bends");
             body.bending_error = bending_error(body, 8 * most_tets_searched, &result.solid);
             if (!body.bending_error) throw std::invalid_argument("its error cannot be estimated");
@@ -207,7 +213,8 @@ MeshedFile searched_cage(const std::filesystem::path& path, const TriMesh& surfa
         } catch (const std::invalid_argument& error) {  // more nodes may do
             last = error.what();
         }
-        config.cage = static_cast<int>(std::lround(more * config.cage));
+        config.cage =
+            std::min(static_cast<int>(std::lround(more * config.cage)), (config.cage + least_too_many) / 2);
     }
     throw std::invalid_argument(fmt::format(
         "no cage of at most {} tetrahedra bends to an error of {:.2g}: {}; choose a larger error, or --cage N",
@@ -228,6 +235,7 @@ MeshedFile searched(const std::filesystem::path& path, TriMesh surface, const Me
         result = searched_edge(path, boundary.mesh, config, out);
     } catch (const std::invalid_argument& error) {
         out.text(fmt::format("in a cage, as it is not filled: {}", error.what()));
+        if (config.levels > 0) out.warning("--subdivide has no effect on a body in a cage");
         result = searched_cage(path, surface, config, out);
         out.text(describe(*result.cage));
     }

@@ -91,7 +91,7 @@ nlohmann::ordered_json to_json(const CageReport& cage) {
             {"faces", cage.faces},
             {"volume", cage.volume},
             {"material", cage.material},
-            {"wraps_solid", cage.wraps_solid},
+            {"wraps_solid", !cage.why_wrapped.empty()},
             {"distance", cage.distance},
             {"alpha", cage.alpha},
             {"offset", cage.offset},
@@ -145,10 +145,10 @@ void run(const MeshArguments& arguments, Output& out) {
     constexpr int most_tets = 24'000;
     if (!body.bending_error)
         body.bending_error = bending_error(body, most_tets, meshed.cage ? &meshed.solid : nullptr);
-    out.text(body.bending_error
-                 ? fmt::format("bends {:.2g} % too little, as richer elements tell",
-                               100 * *body.bending_error)
-                 : "too many tetrahedra to estimate how rightly they bend, or in several parts");
+    out.text(
+        body.bending_error
+            ? fmt::format("bends {:.2g} % too little, as richer elements tell", 100 * *body.bending_error)
+            : "no estimate of how rightly it bends: too many tetrahedra, several parts, or a cage of unknown content");
     save_body(arguments.output, body);
 
     out.text(fmt::format("{}: {} nodes, {} tetrahedra, collision surface of {} vertices and {} faces",
@@ -219,15 +219,13 @@ std::vector<CLI::Option*> add_filling_options(CLI::App& command, MeshFileConfig&
                         "triangles")
             ->check(between(least_constant, max_constant))
             ->excludes(nodes);
-    CLI::Option* const error =
-        command
-            .add_option(
-                "--error", config.error,
-                "Search for quadratic tetrahedra that bend with at most this "
-                "error, such as 0.03, estimated by finer ones")
-            ->check(between(1e-4, 0.5))
-            ->excludes(nodes)
-            ->excludes(edge);
+    CLI::Option* const error = command
+                                   .add_option("--error", config.error,
+                                               "Search for quadratic tetrahedra that bend with at most this "
+                                               "error, such as 0.03, estimated by finer ones")
+                                   ->check(between(1e-4, 0.5))
+                                   ->excludes(nodes)
+                                   ->excludes(edge);
     return {nodes, edge, error,
             command.add_option("--grading", config.tets.grading, "How fast tetrahedra grow inward")
                 ->capture_default_str()

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
@@ -89,7 +90,7 @@ Material mean_material(const Body& body) {
     Material mean = body.material;
     double whole = 0, young = 0, mass = 0;
     for (Eigen::Index t = 0; t < body.tets.T.rows(); ++t) {
-        const double part = volume(body.tets, t);
+        const double part = volume(body.tets, t) * body.tets.filled(t);
         const Material& material = *materials[t];
         whole += part;
         young += part * material.young;
@@ -246,14 +247,24 @@ void check_fill(const TetMesh& tets) {
         throw std::invalid_argument(
             fmt::format("fill of {} tetrahedra; allowed: {}, of all", tets.fill.rows(), tets.T.rows()));
     check_finite(tets.fill, "fill of tetrahedron");
-    constexpr double rounding = 1e-9;
-    for (Eigen::Index t = 0; t < tets.T.rows(); ++t)
-        if (const double share = tets.filled(t);
-            !(tets.fill.row(t).minCoeff() >= -rounding && share > 0 && share <= 1 + rounding))
-            throw std::invalid_argument(
-                fmt::format("fill of tetrahedron {}: {} in all, {} the least; allowed: shares of at least 0 "
-                            "with a sum of more than 0, at most 1",
-                            t, share, tets.fill.row(t).minCoeff()));
+    constexpr double rounding = 1e-9, least = 1e-9;
+    for (Eigen::Index t = 0; t < tets.T.rows(); ++t) {
+        const double share = tets.filled(t);
+        Eigen::Matrix4d S;  // means of products of coordinates: of places inside, no eigenvalue is negative
+        for (int a = 0; a < 4; ++a) S(a, a) = tets.fill(t, a);
+        for (std::size_t k = 0; k < edges_of_tet.size(); ++k)
+            S(edges_of_tet[k].first, edges_of_tet[k].second) =
+                S(edges_of_tet[k].second, edges_of_tet[k].first) =
+                    tets.fill(t, 4 + static_cast<Eigen::Index>(k)) / 2;
+        const double lowest =
+            Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d>(S, Eigen::EigenvaluesOnly).eigenvalues()[0];
+        if (!(share >= least && share <= 1 + rounding && tets.fill.row(t).minCoeff() >= -rounding * share &&
+              lowest >= -rounding * share))
+            throw std::invalid_argument(fmt::format(
+                "fill of tetrahedron {}: {} in all, {} the least; allowed: means of shape functions "
+                "over a share of {} to 1 of it",
+                t, share, tets.fill.row(t).minCoeff(), least));
+    }
 }
 
 void check_tets(const TetMesh& tets) {

@@ -99,6 +99,14 @@ double ChamberGrid::share_lost(const TriMesh& coarse, const TriMesh& fine, const
     return chambers >= all / 20 && chambers > 0 ? lost / chambers : 0;
 }
 
+}  // namespace
+
+double share_lost(const TriMesh& coarse, const TriMesh& fine, const AlphaWrap& soup, double depth) {
+    return ChamberGrid(soup.box()).share_lost(coarse, fine, soup, depth);
+}
+
+namespace {
+
 /// Sizes of a closed surface that decide how many nodes fill it.
 struct Size {
     double vertices = 0, area = 0, volume = 0;
@@ -215,7 +223,7 @@ class CageSearch {
     /// Whether `fine` leaves out most of what lies deep inside `coarse`: a ball of the coarse alpha fits
     /// there, but did not get in.
     bool loses_inside(const Wrap& coarse, const Wrap& fine) const {
-        return ChamberGrid(soup_.box()).share_lost(coarse.surface, fine.surface, soup_, coarse.alpha) > 0.5;
+        return share_lost(coarse.surface, fine.surface, soup_, coarse.alpha) > 0.5;
     }
 
     Cage finish(Wrap best) {

@@ -32,4 +32,9 @@ struct Cage : CageFit {
 /// Throws std::invalid_argument for a config out of range and if no cage is coarse enough.
 Cage find_cage(const AlphaWrap& soup, const CageConfig& config);
 
+/// Of what lies in `coarse` farther than `depth` from the soup, the share that `fine` leaves out, such as an
+/// inside that it enters through a hole; 0 where that is less than a twentieth of the inside of `coarse`.
+/// Both closed; by a grid of points.
+double share_lost(const TriMesh& coarse, const TriMesh& fine, const AlphaWrap& soup, double depth);
+
 }  // namespace nbd

@@ -12,6 +12,7 @@
 
 #include "collision/geometry/far_origin.hpp"
 #include "meshing/body/embed.hpp"
+#include "meshing/surface/edges.hpp"
 #include "meshing/surface/material_fill.hpp"
 #include "meshing/surface/solid_boundary.hpp"
 #include "meshing/tets/order_by_place.hpp"
@@ -78,18 +79,36 @@ Filled fill(const AlphaWrap& wrap, const TriMesh& soup, int nodes, Elements elem
     }
 }
 
-/// The solid that a soup bounds. One that is open or meets itself is taken from a close wrap.
-TriMesh solid_of(const AlphaWrap& wrap, const TriMesh& soup, bool& is_wrapped) {
-    for (const bool one_shell : {true, false}) try {
-            return make_solid_boundary(soup,
-                                       {.allow_components = !one_shell, .allow_self_intersection = one_shell})
-                .mesh;
-        } catch (const std::invalid_argument&) {
-        }
-    constexpr double alpha = 0.01, offset = 0.001;  // of its diagonal
-    is_wrapped = true;
+/// The closed surface of a soup with its faces outward. Throws std::invalid_argument saying why there is
+/// none.
+TriMesh closed_surface_of(TriMesh soup) {
+    const EdgeTable table = edge_table(soup.F);
+    for (const EdgeTable::Edge& edge : table.edges)
+        if (const auto faces = table.at(edge).size(); faces != 2)
+            throw std::invalid_argument(faces == 1 ? "the surface is open"
+                                                   : "the surface has edges of more than two faces");
+    DisjointSets shells(static_cast<int>(soup.F.rows()));
+    for (const EdgeTable::Edge& edge : table.edges) shells.join(table.at(edge)[0] / 3, table.at(edge)[1] / 3);
+    // One shell may meet itself; of several, what is a cavity would not be clear.
+    if (shells.count() > 1) return make_solid_boundary(std::move(soup), {.allow_components = true}).mesh;
+    turn_outward(soup);
+    return soup;
+}
+
+/// The solid that a soup bounds. Where it does not, `why` says so, and the solid is taken from a close wrap,
+/// which does not enter through holes what the cage holds as solid.
+TriMesh solid_of(const AlphaWrap& wrap, const TriMesh& soup, const Cage& cage, std::string& why) {
+    try {
+        return closed_surface_of(soup);
+    } catch (const std::invalid_argument& error) {
+        why = error.what();
+    }
+    constexpr double least_alpha = 0.02, most_alpha = 0.2, offset = 0.001, depth = 0.03;  // of its diagonal
     const double size = wrap.box().diagonal().norm();
-    return wrap.wrap(alpha * size, offset * size);
+    for (double alpha = least_alpha;; alpha *= 2) {
+        TriMesh close = wrap.wrap(alpha * size, offset * size);
+        if (alpha > most_alpha || share_lost(cage.surface, close, wrap, depth * size) <= 0.5) return close;
+    }
 }
 
 }  // namespace
@@ -100,10 +119,10 @@ std::string describe(const CageReport& r) {
         "cage: {} vertices, {} faces, volume {:.6g} m3, of which the body fills {:.6g}; at most {:.3g} m from "
         "the surface (alpha {:.3g} m, offset {:.3g} m)",
         describe(r.soup), r.vertices, r.faces, r.volume, r.material, r.distance, r.alpha, r.offset);
-    if (r.wraps_solid)
-        text += "; what is solid was taken from a close wrap, as the surface is open or meets itself";
     if (r.closes_holes) text += "; stays coarse where a finer cage would enter the surface through its holes";
     if (r.joins_parts) text += "; stays coarse where a finer cage would fall into parts";
+    if (!r.why_wrapped.empty())
+        text += fmt::format("\nwhat is solid was taken from a close wrap, as {}", r.why_wrapped);
     if (r.optimization.poor_before > 0) text += fmt::format("\n{}", describe(r.optimization));
     return text;
 }
@@ -134,7 +153,7 @@ CageBody make_cage_body(std::string name, TriMesh surface, int nodes, const Mate
     body.surface = std::move(surface);
     body.tets = std::move(filled.tets);
     body.W = std::move(filled.W);
-    result.solid = solid_of(wrap, body.surface, report.wraps_solid);
+    result.solid = solid_of(wrap, body.surface, filled.cage, report.why_wrapped);
     body.tets.fill = material_fill(body.tets, result.solid);
     for (Eigen::Index t = 0; t < body.tets.T.rows(); ++t)
         report.material += volume(body.tets, t) * body.tets.filled(t);

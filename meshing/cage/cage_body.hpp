@@ -14,9 +14,9 @@ namespace nbd {
 struct CageReport : CageFit {
     SoupReport soup;
     int vertices = 0, faces = 0;
-    double volume = 0;         // of the cage, m3
-    double material = 0;       // of the solid in it, m3
-    bool wraps_solid = false;  // taken from a close wrap, as the soup is open or meets itself
+    double volume = 0;        // of the cage, m3
+    double material = 0;      // of the solid in it, m3
+    std::string why_wrapped;  // that solid is of a close wrap, as the surface does not bound one; or empty
     TetOptimization optimization;
 };
 
@@ -31,11 +31,11 @@ struct CageBody {
 
 /// Makes a body of any triangle soup: fills a coarse closed cage around it with tetrahedra of `nodes`
 /// corners, within 10 %, and embeds the soup after clean_soup(). All weights are >= 0. Mass and stiffness are
-/// those of the solid that the soup bounds; where it is open or meets itself, of one a thousandth of its
-/// diagonal larger all around, which closes holes up to a fiftieth. The body has no modes yet. surface: may
-/// be open, non-manifold and self-intersecting. Throws std::invalid_argument as clean_soup() does, for a
-/// material or number of nodes out of range, and for a soup that no cage of so many nodes holds;
-/// std::runtime_error if gmsh cannot fill the cage.
+/// those of the solid that the soup bounds; where it is open, or several shells meet, of a close wrap, a
+/// thousandth of its diagonal outside, without gaps below a twenty-fifth and without cavities. The body has
+/// no modes yet. surface: may be open, non-manifold and self-intersecting. Throws std::invalid_argument as
+/// clean_soup() does, for a material or number of nodes out of range, and for a soup that no cage of so many
+/// nodes holds; std::runtime_error if gmsh cannot fill the cage.
 CageBody make_cage_body(std::string name, TriMesh surface, int nodes, const Material& material = {},
                         Elements elements = Elements::linear);
 

@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
+#include "collision/base/stop.hpp"
 #include "meshing/parallel/parallel_for.hpp"
 #include "meshing/surface/box_tree.hpp"
 #include "meshing/surface/quadratic_tets.hpp"
@@ -54,6 +56,9 @@ class Solid {
                 if (n[axis] != 0)
                     for (const int side : {(axis + 1) % 3, (axis + 2) % 3})
                         height -= n[side] * (point[side] - a[side]) / n[axis];
+                const auto [lowest, top] =
+                    std::minmax({corner(f, 0)[axis], corner(f, 1)[axis], corner(f, 2)[axis]});
+                height = std::clamp(height, lowest, top);  // of a face along the line, rounding could be all
                 if (height <= highest) found.push_back({height, turn});
             }
         });
@@ -97,18 +102,16 @@ using Moments = Eigen::Matrix4d;  // means of z z^T with barycentric coordinates
 class LinesOfTet {
  public:
     LinesOfTet(const Eigen::Matrix<double, 4, 3>& corners, int axis) : corners_(corners), axis_(axis) {
-        Eigen::Matrix4d M;
-        M << corners.transpose(), Eigen::RowVector4d::Ones();
-        const Eigen::Matrix4d inverse = M.inverse();
-        slope_ = inverse.leftCols<3>();
-        offset_ = inverse.col(3);
+        slope_.bottomRows<3>() = (corners.bottomRows<3>().rowwise() - corners.row(0)).transpose().inverse();
+        slope_.row(0) = -slope_.bottomRows<3>().colwise().sum();
     }
 
-    /// Means of z z^T over the material.
-    Moments moments(const Solid& solid) const {
+    /// Means of z z^T over the material; empty if no line passes through the tetrahedron, or if all of it is
+    /// material or none.
+    std::optional<Moments> moments(const Solid& solid) const {
         const Eigen::RowVector3d low = corners_.colwise().minCoeff(), high = corners_.colwise().maxCoeff();
         Moments inside = Moments::Zero();
-        double whole = 0;
+        double whole = 0, filled = 0;
         std::vector<Crossing> crossings;
         for (int line = 0; line < lines; ++line) {
             // A sequence of low discrepancy, so that no face is parallel to rows of lines.
@@ -124,23 +127,25 @@ class LinesOfTet {
             double start = from;
             for (const Crossing& crossing : crossings) {
                 const double end = std::max(crossing.height, from);
-                if (winding != 0) add(point, start, end, inside);
+                if (winding != 0) filled += add(point, start, end, inside);
                 start = end;
                 winding += crossing.turn;
             }
-            if (winding != 0) add(point, start, to, inside);
+            if (winding != 0) filled += add(point, start, to, inside);
         }
-        return inside / whole;
+        constexpr double rounding = 1e-9;
+        if (filled <= rounding * whole || filled >= (1 - rounding) * whole) return {};
+        return inside / inside.sum() * (filled / whole);
     }
 
  private:
-    static constexpr int lines = 4000;  // over a rectangle around it; about a third pass through it
+    static constexpr int lines = 2400;  // over a rectangle around it; about a third pass through it
 
     /// The heights between which the line through a point lies in the tetrahedron.
     std::pair<double, double> span_of(Eigen::Vector3d point) const {
         double from = corners_.col(axis_).minCoeff(), to = corners_.col(axis_).maxCoeff();
         point[axis_] = 0;
-        const Eigen::Vector4d z = slope_ * point + offset_;
+        const Eigen::Vector4d z = coordinates(point);
         for (int a = 0; a < 4; ++a) {
             const double grows = slope_(a, axis_);
             if (grows > 0) from = std::max(from, -z[a] / grows);
@@ -150,18 +155,24 @@ class LinesOfTet {
         return {from, to};
     }
 
-    /// Adds the integral of z z^T along a piece of the line.
-    void add(Eigen::Vector3d point, double from, double to, Moments& sum) const {
-        if (!(to > from)) return;
+    Eigen::Vector4d coordinates(const Eigen::Vector3d& point) const {
+        Eigen::Vector4d z = slope_ * (point - corners_.row(0).transpose());
+        z[0] += 1;
+        return z;
+    }
+
+    /// Adds the integral of z z^T along a piece of the line, and returns its length.
+    double add(Eigen::Vector3d point, double from, double to, Moments& sum) const {
+        if (!(to > from)) return 0;
         point[axis_] = (from + to) / 2;
-        const Eigen::Vector4d middle = slope_ * point + offset_, half = slope_.col(axis_) * (to - from) / 2;
+        const Eigen::Vector4d middle = coordinates(point), half = slope_.col(axis_) * (to - from) / 2;
         sum += (to - from) * (middle * middle.transpose() + half * half.transpose() / 3);
+        return to - from;
     }
 
     Eigen::Matrix<double, 4, 3> corners_;
     int axis_;
     Eigen::Matrix<double, 4, 3> slope_;  // of the barycentric coordinates
-    Eigen::Vector4d offset_;
 };
 
 }  // namespace
@@ -169,6 +180,7 @@ class LinesOfTet {
 TetFill material_fill(const TetMesh& tets, const TriMesh& surface) {
     constexpr double beside = 1e-5;  // counted of what is not material
     const Moments full = (Moments::Identity() + Moments::Ones()) / 20;
+    stop_if_asked();
     const Solid solid(surface);
     TetFill fill(tets.T.rows(), 10);
     parallel_for(
@@ -180,10 +192,11 @@ TetFill material_fill(const TetMesh& tets, const TriMesh& surface) {
                 corners.row(k) = tets.X.row(tets.T(t, k));
                 box.extend(corners.row(k).transpose());
             }
-            Moments S = Moments::Zero();
-            if (const int axis = solid.main_axis(box); axis >= 0) {
-                S = LinesOfTet(corners, axis).moments(solid);
-            } else {
+            std::optional<Moments> in_part;
+            if (const int axis = solid.main_axis(box); axis >= 0)
+                in_part = LinesOfTet(corners, axis).moments(solid);
+            Moments S = in_part.value_or(Moments::Zero());
+            if (!in_part) {
                 const Eigen::Vector3d middle = corners.colwise().mean().transpose();
                 std::vector<Crossing> below;
                 solid.crossings(0, middle, middle.x(), below);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "meshing/parallel/parallel_for.hpp"
 #include "meshing/surface/box_tree.hpp"
@@ -23,6 +24,27 @@ BoxTree tree_over(const auto& cells, const Nodes& X) {
     for (std::size_t c = 0; c < boxes.size(); ++c)
         for (const int node : cells.row(c)) boxes[c].extend(X.row(node).transpose());
     return BoxTree(std::move(boxes));
+}
+
+/// The tetrahedron beside each face of each: the one opposite of corner k; -1 if there is none.
+std::vector<std::array<int, 4>> joined_by_faces(const Tets& T) {
+    std::vector<std::pair<std::array<int, 3>, std::pair<int, int>>> faces;
+    for (int t = 0; t < T.rows(); ++t)
+        for (int k = 0; k < 4; ++k) {
+            std::array<int, 3> face{T(t, (k + 1) % 4), T(t, (k + 2) % 4), T(t, (k + 3) % 4)};
+            std::ranges::sort(face);
+            faces.push_back({face, {t, k}});
+        }
+    std::ranges::sort(faces);
+    std::vector<std::array<int, 4>> joined(T.rows(), std::array<int, 4>{-1, -1, -1, -1});
+    for (std::size_t i = 1; i < faces.size(); ++i) {
+        if (faces[i].first != faces[i - 1].first) continue;
+        const auto [t, k] = faces[i - 1].second;
+        const auto [u, l] = faces[i].second;
+        joined[t][k] = u;
+        joined[u][l] = t;
+    }
+    return joined;
 }
 
 /// Whether a vertex moves as its place in a tetrahedron does: its weights are the shape functions there.
@@ -65,7 +87,8 @@ struct ContainedPairs::Search {
     const Nodes& X;
     Faces boundary;
     BoxTree tets, boundary_faces;
-    std::vector<char> follows;  // [n] see above
+    std::vector<std::array<int, 4>> joined;  // [T] tetrahedra beside the faces of each; -1: none
+    std::vector<int> tet_of;                 // [n] that a vertex follows; -1: none
 
     Eigen::Vector3d at(int vertex) const { return rest.row(vertex); }
 
@@ -76,7 +99,7 @@ struct ContainedPairs::Search {
         RestBox box;
         for (const int leaf : {leaves.a, leaves.b})
             for (const int v : tree.leaf_vertices(leaf)) {
-                if (!follows[v]) return result;
+                if (tet_of[v] < 0) return result;
                 vertices.push_back(v);
                 box.extend(at(v));
             }
@@ -91,22 +114,36 @@ struct ContainedPairs::Search {
         });
         if (leaves_tets) return result;
         double deepest = -1e-9;
+        bool is_finite = true;
         std::vector<int> met;
         tets.overlapping(box, [&](int t) {
             const Tet& tet = pairs.tets_[t];
             Eigen::Vector4d most = Eigen::Vector4d::Constant(-1);
             for (const int v : vertices) most = most.cwiseMax(tet.coordinates(at(v)));
             if (most.minCoeff() < 0) return;  // a plane lies in between
+            is_finite = is_finite && most.allFinite();
             met.push_back(t);
             if (const double depth = tet.coordinates(result.centre).minCoeff(); depth > deepest) {
                 deepest = depth;
                 result.tet = t;
             }
         });
-        std::erase(met, result.tet);
-        std::ranges::sort(met);
-        result.others = std::move(met);
-        if (result.tet >= 0) result.ratio = ratio(leaves, vertices);
+        if (result.tet < 0) return result;
+        std::vector<int> reached{result.tet};
+        for (std::size_t i = 0; i < reached.size(); ++i)
+            for (const int t : joined[reached[i]])
+                if (std::ranges::find(met, t) != met.end() && std::ranges::find(reached, t) == reached.end())
+                    reached.push_back(t);
+        const bool are_joined = std::ranges::all_of(
+            vertices, [&](int v) { return std::ranges::find(reached, tet_of[v]) != reached.end(); });
+        if (!are_joined || !is_finite) {
+            result.tet = -1;
+            return result;
+        }
+        reached.erase(reached.begin());
+        std::ranges::sort(reached);
+        result.others = std::move(reached);
+        result.ratio = ratio(leaves, vertices);
         return result;
     }
 
@@ -153,10 +190,10 @@ struct ContainedPairs::Search {
 
 ContainedPairs::ContainedPairs(const ContactShape& shape, const TetMesh& mesh, const Nodes& rest,
                                const WideTree& tree, std::span<const LeafPair> near)
-    : is_quadratic_(mesh.is_quadratic()),
-      corner_tets_(nbd::corner_tets(mesh)),
-      tets_(mesh.T.rows()),
-      is_contained_(near.size(), 0) {
+    : is_contained_(near.size(), 0) {
+    if (near.empty() || !mesh.is_quadratic()) return;
+    corner_tets_ = nbd::corner_tets(mesh);
+    tets_.resize(mesh.T.rows());
     for (Eigen::Index p = 0; p < corner_tets_.rows(); ++p) {
         Eigen::Matrix3d edges;
         for (int k = 0; k < 3; ++k)
@@ -169,9 +206,9 @@ ContainedPairs::ContainedPairs(const ContactShape& shape, const TetMesh& mesh, c
         for (int a = 0; a < 4; ++a) corners.col(a) << mesh.X.row(mesh.T(t, a)).transpose(), 1;
         tet.centre = corners.topRows<3>().rowwise().mean();
         tet.radius = (corners.topRows<3>().colwise() - tet.centre).colwise().norm().maxCoeff();
-        const Eigen::Matrix4d inverse = corners.inverse();
-        tet.slopes = inverse.leftCols<3>();
-        tet.offsets = inverse.col(3);
+        tet.slopes.bottomRows<3>() =
+            (corners.topRightCorner<3, 3>().colwise() - corners.topLeftCorner<3, 1>()).inverse();
+        tet.slopes.row(0) = -tet.slopes.bottomRows<3>().colwise().sum();
     }
     Search search{.pairs = *this,
                   .shape = shape,
@@ -181,7 +218,8 @@ ContainedPairs::ContainedPairs(const ContactShape& shape, const TetMesh& mesh, c
                   .boundary = boundary_faces(mesh),
                   .tets = tree_over(mesh.T, mesh.X),
                   .boundary_faces = tree_over(boundary_faces(mesh), mesh.X),
-                  .follows = std::vector<char>(rest.rows(), 0)};
+                  .joined = joined_by_faces(mesh.T),
+                  .tet_of = std::vector<int>(rest.rows(), -1)};
     const ElementNodes nodes = nodes_of_tets(mesh);
     std::vector<std::vector<int>> tets_of(mesh.X.rows());
     for (Eigen::Index t = 0; t < nodes.rows(); ++t)
@@ -191,9 +229,9 @@ ContainedPairs::ContainedPairs(const ContactShape& shape, const TetMesh& mesh, c
         for (Embedding::InnerIterator entry(shape.W, v); entry; ++entry)
             if (entry.value() > heaviest.value()) heaviest = entry;
         if (!heaviest) return;
-        search.follows[v] = std::ranges::any_of(tets_of[heaviest.col()], [&](int t) {
-            return follows(shape.W, v, {nodes.row(t).data(), static_cast<std::size_t>(nodes.cols())});
-        });
+        for (const int t : tets_of[heaviest.col()])
+            if (follows(shape.W, v, {nodes.row(t).data(), static_cast<std::size_t>(nodes.cols())}))
+                search.tet_of[v] = t;
     });
     std::vector<LeafPair> pairs(near.begin(), near.end());
     std::vector<int> order(pairs.size());
@@ -248,10 +286,6 @@ ContainedPairs::Field ContainedPairs::field(int t, const Nodes& x) const {
     };
     Field field;
     field.slopes.fill(Eigen::Matrix3d::Zero());
-    if (!is_quadratic_) {
-        field.at_centre = gradient(t);
-        return field;
-    }
     field.at_centre.setZero();
     for (int a = 0; a < 4; ++a) {
         const Eigen::Matrix3d F = gradient(4 * t + a);
@@ -286,6 +320,7 @@ bool ContainedPairs::is_proved(const Group& group, std::span<const Field> begin,
 
 void ContainedPairs::prove(const Nodes& begin, const Nodes& end, double share,
                            std::vector<LeafPair>& open) const {
+    if (pairs_.empty()) return;
     const int count = tets_.size();
     std::vector<Field> at_begin(count), at_end(count);
     parallel_for(

@@ -13,14 +13,16 @@
 namespace nbd {
 
 /// Pairs of leaves of a surface's tree that are near at rest and lie deep enough within the tetrahedra that
-/// carry them: no straight way between two of their vertices leaves these. Such vertices x at rest and y in a
+/// carry them: no straight way between two of their vertices leaves these, or passes into tetrahedra that are
+/// not joined to theirs by faces. Such vertices x at rest and y in a
 /// pose have y1 - y2 = G (x1 - x2), where G is a mean of deformation gradients along the way. With F, the
 /// gradient in the middle of both leaves, and d, by how much the others around differ from it, points of two
 /// faces, which are means of corners, have |y1 - y2| >= s |x1 - x2| - d D: s is the least stretch of F, and D
 /// the largest distance at rest of corners of the two faces.
 class ContainedPairs {
  public:
-    /// tets, rest: nodes and vertices at rest. near: pairs of leaves, a <= b.
+    /// tets, rest: nodes and vertices at rest; quadratic, or nothing is contained. near: pairs of leaves,
+    /// a <= b.
     ContainedPairs(const ContactShape& shape, const TetMesh& tets, const Nodes& rest, const WideTree& tree,
                    std::span<const LeafPair> near);
 
@@ -57,8 +59,9 @@ class ContainedPairs {
         Eigen::Vector3d centre;
         double radius = 0;                   // of the ball around it
         Eigen::Matrix<double, 4, 3> slopes;  // of its barycentric coordinates
-        Eigen::Vector4d offsets;
-        Eigen::Vector4d coordinates(const Eigen::Vector3d& X) const { return slopes * X + offsets; }
+        Eigen::Vector4d coordinates(const Eigen::Vector3d& X) const {
+            return (slopes * (X - centre)).array() + 0.25;
+        }
     };
     struct Search;  // at rest
 
@@ -67,7 +70,6 @@ class ContainedPairs {
     bool is_proved(const Group& group, std::span<const Field> begin, std::span<const Field> end,
                    double share) const;
 
-    bool is_quadratic_;
     Tets corner_tets_;
     std::vector<Eigen::Matrix3d> inverse_edges_;  // [corner tets]
     std::vector<Tet> tets_;

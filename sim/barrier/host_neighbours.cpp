@@ -41,8 +41,7 @@ HostNeighbours::HostNeighbours(std::shared_ptr<const ContactShape> shape, const 
     : shape_(std::move(shape)),
       nodes_(tets.X),
       rest_(std::move(rest)),
-      contained_(*shape_, tets, rest_, tree,
-                 tets.is_quadratic() ? in_order(near_leaves) : std::vector<LeafPair>{}) {
+      contained_(*shape_, tets, rest_, tree, in_order(near_leaves)) {
     find_hosts(tets);
     const std::vector<LeafPair> pairs = in_order(near_leaves);
     known_leaves_ = LeafPairSet(tree.blocks(), pairs);
@@ -57,7 +56,7 @@ HostNeighbours::HostNeighbours(std::shared_ptr<const ContactShape> shape, const 
     }
     std::vector<LeafPair> contained, others;
     for (std::size_t i = 0; i < pairs.size(); ++i)
-        (tets.is_quadratic() && contained_.is_contained()[i] ? contained : others).push_back(pairs[i]);
+        (contained_.is_contained()[i] ? contained : others).push_back(pairs[i]);
     std::ranges::sort(contained);
     const std::size_t of_leaves = others.size();
     std::vector<Measured> all(of_leaves + shape_->F.rows());

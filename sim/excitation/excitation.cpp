@@ -68,6 +68,15 @@ std::shared_ptr<const Body> contact_body(const std::shared_ptr<const Body>& body
     return body;
 }
 
+/// The body as it moves in trajectories: where the boundary of its tetrahedra makes contact, they are full,
+/// or what they have of material there would give way.
+std::shared_ptr<const Body> moving_body(std::shared_ptr<const Body> body, bool own_surface) {
+    if (body->tets.fill.rows() == 0 || contact_body(body, own_surface) == body) return body;
+    Body full = *body;
+    full.tets.fill = {};
+    return std::make_shared<const Body>(std::move(full));
+}
+
 World make_world(const Recipe& recipe, const Body& body, const std::shared_ptr<const ElasticBody>& elastic,
                  const std::shared_ptr<const CollisionTree>& tree,
                  const std::shared_ptr<RestHierarchies>& hierarchies) {
@@ -102,7 +111,7 @@ World make_world(const Recipe& recipe, const Body& body, const std::shared_ptr<c
 }  // namespace
 
 Excitation::Excitation(Body body, const ExcitationConfig& config)
-    : body_(std::make_shared<const Body>(std::move(body))),
+    : body_(moving_body(std::make_shared<const Body>(std::move(body)), config.own_surface)),
       config_(config),
       elastic_(std::make_shared<const ElasticBody>(*body_)),
       recipes_(body_, config),

@@ -34,6 +34,7 @@ using OnFrame = std::function<void(const ExcitedFrame&)>;
 ///
 /// A body whose surface has many times the vertices of its tetrahedra's boundary makes contact by that
 /// boundary, which costs far less and keeps the surface inside apart, too, unless tetrahedra are inside out.
+/// Its tetrahedra are then full.
 class Excitation {
  public:
     /// Throws std::invalid_argument for an unusable body or number.

@@ -16,7 +16,7 @@ LocalThickness::LocalThickness(const TetMesh& tets) {
     for (Eigen::Index t = 0; t < tets.T.rows(); ++t) {
         const Eigen::Vector3d a = node(tets.T(t, 0)), b = node(tets.T(t, 1)), c = node(tets.T(t, 2)),
                               d = node(tets.T(t, 3));
-        tets_.push_back({(a + b + c + d) / 4, (b - a).cross(c - a).dot(d - a) / 6});
+        tets_.push_back({(a + b + c + d) / 4, (b - a).cross(c - a).dot(d - a) / 6 * tets.filled(t)});
     }
     const Faces faces = boundary_faces(tets);
     for (Eigen::Index f = 0; f < faces.rows(); ++f) {

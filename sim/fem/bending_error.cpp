@@ -42,6 +42,31 @@ Eigen::SparseMatrix<double> values_in(const TetMesh& finer, const TetMesh& coars
     return result;
 }
 
+/// What fills tetrahedra, from what fills their eight parts.
+TetFill fill_of_parts(const TetMesh& whole, const TetMesh& parts) {
+    TetFill fill = TetFill::Zero(whole.T.rows(), 10);
+    for (Eigen::Index p = 0; p < parts.T.rows(); ++p) {
+        const Eigen::Index t = p / 8;
+        Eigen::Matrix4d corners = Eigen::Matrix4d::Ones(), own = corners;  // places, and ones
+        for (int a = 0; a < 4; ++a) {
+            corners.col(a).head<3>() = (whole.X.row(whole.T(t, a)) - whole.X.row(whole.T(t, 0))).transpose();
+            own.col(a).head<3>() = (parts.X.row(parts.T(p, a)) - whole.X.row(whole.T(t, 0))).transpose();
+        }
+        const Eigen::Matrix4d z = corners.inverse() * own;  // coordinates of the part's corners
+        Eigen::Matrix4d S;
+        for (int a = 0; a < 4; ++a) S(a, a) = parts.fill(p, a);
+        for (std::size_t k = 0; k < edges_of_tet.size(); ++k) {
+            const auto [a, b] = edges_of_tet[k];
+            S(a, b) = S(b, a) = parts.fill(p, 4 + k) / 2;
+        }
+        S = (z * S * z.transpose() / 8).eval();
+        for (int a = 0; a < 4; ++a) fill(t, a) += S(a, a);
+        for (std::size_t k = 0; k < edges_of_tet.size(); ++k)
+            fill(t, 4 + k) += 2 * S(edges_of_tet[k].first, edges_of_tet[k].second);
+    }
+    return fill;
+}
+
 /// Forces that bend a body and neither move nor turn it: along its shortest axis of inertia, and growing with
 /// the square of the way along the longest.
 class Bending {
@@ -113,7 +138,11 @@ std::optional<double> bending_error(const Body& body, int most_tets, const TriMe
     const int parts = quadratic ? 8 : 1;
     if (parts * body.tets.T.rows() > most_tets || (quadratic && !is_full && !solid)) return {};
     TetMesh finer = make_quadratic(quadratic ? split(body.tets) : body.tets);
-    if (quadratic && !is_full) finer.fill = material_fill(finer, *solid);
+    TetMesh own = body.tets;
+    if (quadratic && !is_full) {
+        finer.fill = material_fill(finer, *solid);
+        own.fill = fill_of_parts(own, finer);  // the same, so that finer ones can only yield more
+    }
     std::vector<MaterialRegion> regions = body.regions;
     for (MaterialRegion& region : regions)
         if (quadratic) {
@@ -122,7 +151,8 @@ std::optional<double> bending_error(const Body& body, int most_tets, const TriMe
                 for (int k = 0; k < parts; ++k) region.tets.push_back(parts * t + k);
         }
     try {
-        const ElasticBody coarse(body), richer(std::move(finer), body.material, regions);
+        const ElasticBody coarse(std::move(own), body.material, body.regions),
+            richer(std::move(finer), body.material, regions);
         const Bending bending(richer);
         const Nodes forces = bending.forces();
         constexpr double little = 1e-9, floating = 1e-2;
@@ -131,7 +161,7 @@ std::optional<double> bending_error(const Body& body, int most_tets, const TriMe
                      least =
                          work(coarse, values_in(richer.rest(), coarse.rest()).transpose() * forces, shift);
         const double missing = (most - least) / most;
-        constexpr double rounding = 1e-3;  // richer elements can only yield more
+        constexpr double rounding = 1e-6;
         if (!(least > 0) || !(missing > -rounding) || !(missing < 1)) return {};
         if (most * shift > floating * bending.inertia()) return {};  // the shift alone holds some of it
         return std::max(0.0, quadratic ? 4 * missing / 3 : missing);

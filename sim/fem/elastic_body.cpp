@@ -30,8 +30,8 @@ TetMesh checked(TetMesh mesh) {
         throw std::invalid_argument(fmt::format("elastic body: {} tetrahedra, but nodes of edges of {}",
                                                 mesh.T.rows(), mesh.E.rows()));
     if (mesh.fill.rows() > 0 && mesh.fill.rows() != mesh.T.rows())
-        throw std::invalid_argument(fmt::format("elastic body: {} tetrahedra, but fill of {}", mesh.T.rows(),
-                                                mesh.fill.rows()));
+        throw std::invalid_argument(
+            fmt::format("elastic body: {} tetrahedra, but fill of {}", mesh.T.rows(), mesh.fill.rows()));
     std::vector<char> used(nodes, 0);
     const auto of_tets = nodes_of_tets(mesh);
     for (Eigen::Index t = 0; t < of_tets.rows(); ++t)

@@ -22,7 +22,7 @@ namespace nbd {
 /// What ElasticBody::measure() finds in a pose.
 struct ElementReport {
     double energy = 0;        // elastic, joules
-    int inverted = 0;         // tetrahedra with det F <= 0
+    int inverted = 0;         // tetrahedra with det F <= 0; here and below, without those filled below 1e-3
     int first_inverted = -1;  // lowest index of these; -1 if none
     int non_finite = 0;       // tetrahedra with a NaN or infinity in F; the other figures leave them out
     int first_non_finite = -1;
@@ -86,9 +86,9 @@ using ElementForces = std::vector<Eigen::Matrix3d>;
 /// Elasticity on linear or quadratic tetrahedra: forces, energies and products in double precision, matrices
 /// of poses in single precision. The laws are those of `respond`; a body may have regions of several.
 ///
-/// Energy is integrated by one point in a linear tetrahedron and by four in a quadratic one, where
-/// barycentric coordinates are 0.585 for one corner and 0.138 for the others [HammerStroud56]: exact for
-/// products of its deformation gradients, which are linear. Gradients at the points are sums of those at
+/// Energy is integrated over what TetMesh::fill says is material, by one point in a linear tetrahedron and by
+/// four in a quadratic one, see points_of_fill(): exact for products of its deformation gradients, which are
+/// linear. Gradients at the points are sums of those at
 /// corners, which are those of its corner_tets(), so that both kinds run through the same loops.
 ///
 /// Energy of a corotated element: E_e = V (mu |F - R|^2 + lambda/2 tr(R^T F - I)^2), where R is the rotation
@@ -96,7 +96,8 @@ using ElementForces = std::vector<Eigen::Matrix3d>;
 /// drops out because R^T F is symmetric. The tangent K = sum of R K_e R^T neglects dR/dx and is therefore
 /// positive semi-definite in every pose; where R^T F = I it is the exact Hessian. The tangents of other laws
 /// are exact but for negative eigenvalues, which become zero element by element. Masses of linear tetrahedra
-/// are lumped, a quarter at each node; those of quadratic ones are consistent.
+/// are lumped, of full ones a quarter at each node; those of quadratic ones are consistent, and where they
+/// are filled in part have the mass, centre and inertia of the material.
 ///
 /// Immutable: several simulated copies and threads may share it, each with its own ElementPose. All loops run
 /// in parallel and sum in a fixed order, so the bits do not depend on the number of threads.

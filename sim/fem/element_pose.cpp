@@ -134,7 +134,8 @@ void ElasticBody::measure_batch(NodesRef x, int batch, ElementReport& report) co
                               ? corotated_energy(moduli_[0], F, R)
                               : respond(lane_moduli(batch), principal_stretches(F, R).sigma).energy;
     const Lanes volume = volumes(batch);
-    int inverted = -1, non_finite = -1;  // the last such tetrahedron
+    constexpr double least_filled = 1e-3;  // what is nearly empty may turn inside out
+    int inverted = -1, non_finite = -1;    // the last such tetrahedron
     for (int l = 0; l < points_of(batch); ++l) {
         const int tet = (first_point(batch) + l) / points_per_tet();
         if (!std::isfinite(det[l])) {
@@ -143,6 +144,7 @@ void ElasticBody::measure_batch(NodesRef x, int batch, ElementReport& report) co
             continue;
         }
         report.energy += volume[l] * density[l];
+        if (rest_.filled(tet) < least_filled) continue;
         report.min_det = std::min(report.min_det, det[l]);
         if (det[l] <= 0 && std::exchange(inverted, tet) != tet && report.inverted++ == 0)
             report.first_inverted = tet;

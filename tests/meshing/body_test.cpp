@@ -83,7 +83,7 @@ TEST_F(BodyFile, RoundTripsQuadraticTetrahedra) {
 Body hollow() {
     Body body = ten_nodes();
     body.tets.fill = TetFill::Constant(2, 10, 0.1);
-    body.tets.fill.row(1) << 0.1, 0.05, 0, 0.02, 0.03, 0.04, 0.05, 0.06, 0.07, 1. / 30;
+    body.tets.fill.row(1) << 0.05, 0.05, 0.05, 0.05, 0.02, 0.03, 0.04, 0.05, 0.06, 0.07;
     return body;
 }
 

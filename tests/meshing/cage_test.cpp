@@ -178,6 +178,33 @@ TEST(CageBody, FillsTheInsideOfASurfaceWithAHole) {
     EXPECT_TRUE(fine.report.closes_holes);
     EXPECT_GT(fine.report.volume, 4);
     EXPECT_FALSE(checked_body(soup, 120).report.closes_holes);
+    constexpr double ball = 4.19;
+    for (const int nodes : {50, 600}) {
+        const CageReport report = make_cage_body("cut", soup, nodes).report;
+        EXPECT_NE(report.why_wrapped, "") << nodes;
+        EXPECT_NEAR(report.material, ball, 0.1 * ball) << nodes;
+    }
+}
+
+TEST(CageBody, FillsTheSolidOfItsSurfaceAlone) {
+    TriMesh hollow = test::moved(test::icosphere(3), 0, 0, 0, 0.7);
+    hollow.F.col(1).swap(hollow.F.col(2));
+    hollow = test::joined(test::icosphere(3), hollow);
+    constexpr double ball = 4.15;  // of this many faces
+    const CageReport of_hollow = make_cage_body("hollow", hollow, 300).report;
+    EXPECT_EQ(of_hollow.why_wrapped, "");
+    EXPECT_NEAR(of_hollow.material, (1 - 0.343) * ball, 0.01 * ball);
+    const CageReport of_crossing =
+        make_cage_body("boxes",
+                       test::joined(test::box(1, 1, 1, 2), test::moved(test::box(1, 1, 1, 2), 0.5, 0.1, 0.1)),
+                       300)
+            .report;
+    EXPECT_NE(of_crossing.why_wrapped, "");
+    EXPECT_NEAR(of_crossing.material, 2 - 0.5 * 0.9 * 0.9, 0.03);
+    // The walls of an open box, of 3.4 m2 in all.
+    const CageReport of_open = make_cage_body("open", open_box(), 600).report;
+    EXPECT_NE(of_open.why_wrapped, "");
+    EXPECT_LT(of_open.material, 0.1) << "not the 0.6 m3 of the box";
 }
 
 TEST(CageBody, JoinsPartsThatLieApart) {

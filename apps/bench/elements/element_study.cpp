@@ -124,6 +124,7 @@ std::vector<ElementRow> study_elements(const Body& body, const ElementStudyConfi
         found.back().row.level = level;
     };
     TetMesh mesh = body.tets;
+    mesh.fill = {};  // elements are compared on one shape; that of split ones in a cage would be another
     std::vector<char> held = end.nodes;
     for (int level = 0; level <= levels; ++level) {
         const bool last = level == levels;

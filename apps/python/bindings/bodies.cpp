@@ -210,8 +210,8 @@ void bind_cages(py::module_& m) {
         .def_readonly("faces", &CageReport::faces)
         .def_readonly("volume", &CageReport::volume, "Of the cage, m3.")
         .def_readonly("material", &CageReport::material, "Of what the body fills of it, m3.")
-        .def_readonly("wraps_solid", &CageReport::wraps_solid,
-                      "Whether that was taken from a close wrap, as the surface is open or meets itself.")
+        .def_readonly("why_wrapped", &CageReport::why_wrapped,
+                      "Why that was taken from a close wrap, such as an open surface; or empty.")
         .def_readonly("alpha", &CageReport::alpha, "Radius of the ball that the wrap kept out, metres.")
         .def_readonly("offset", &CageReport::offset, "Of the cage's vertices from the surface, metres.")
         .def_readonly("distance", &CageReport::distance, "Greatest between cage and surface, metres.")
@@ -228,12 +228,14 @@ void bind_cages(py::module_& m) {
             },
             "Poor tetrahedra that were mended.")
         .def("__str__", [](const CageReport& report) { return describe(report); });
-    m.def("make_cage_body", &cage_body, py::arg("name"), py::arg("surface"), py::arg("nodes"),
-          py::arg("material") = Material{}, ComputesLong(),
-          "A body of any triangle soup, such as a scan: a coarse cage around it is filled with "
-          "`nodes` tet nodes (50 to 200,000, met within 10 %), and the surface is embedded. "
-          "Returns the Body and a CageReport. Raises ValueError for a soup without extent, "
-          "and where no cage of so many nodes holds it.");
+    m.def(
+        "make_cage_body", &cage_body, py::arg("name"), py::arg("surface"), py::arg("nodes"),
+        py::arg("material") = Material{}, ComputesLong(),
+        "A body of any triangle soup, such as a scan: a coarse cage around it is filled with "
+        "`nodes` tet nodes (50 to 200,000, met within 10 %), and the surface is embedded. Mass and stiffness "
+        "are those of the solid that the surface bounds. "
+        "Returns the Body and a CageReport. Raises ValueError for a soup without extent, "
+        "and where no cage of so many nodes holds it.");
     bind_quality(m);
 }
 
@@ -254,6 +256,10 @@ void bind_bodies(py::module_& m) {
         .def_property_readonly(
             "T", [](const Body& body) -> const Tets& { return body.tets.T; },
             "Tetrahedra [T, 4]. Refers to the body.")
+        .def_property_readonly(
+            "fill", [](const Body& body) -> const TetFill& { return body.tets.fill; },
+            "[T, 10] how much of each tetrahedron material fills: means of its ten shape functions; [0, 10] if "
+            "all are full, as without a cage. Refers to the object.")
         .def_property_readonly(
             "E", [](const Body& body) -> const TetEdges& { return body.tets.E; },
             "Nodes of the edges of quadratic tetrahedra [T, 6], else [0, 6]. Refers to the body.")
@@ -277,10 +283,9 @@ void bind_bodies(py::module_& m) {
             },
             py::arg("x"), "Positions of the surface, W x, for node positions x [N, 3]. A new array.")
         .def_readonly("material", &Body::material)
-        .def_readonly(
-            "bending_error", &Body::bending_error,
-            "By how much the body bends too little, as `nbdtree mesh` estimated; "
-            "None: not known.")
+        .def_readonly("bending_error", &Body::bending_error,
+                      "By how much the body bends too little, as `nbdtree mesh` estimated; "
+                      "None: not known.")
         .def_property_readonly("modes", &modes_of, "None, or (U, frequencies). Refers to the body.")
         .def_property_readonly(
             "hash", &body_hash,
@@ -310,7 +315,7 @@ void bind_bodies(py::module_& m) {
         "coordinates, 0.001 for millimetres. weld: cracks up to this length, metres, are closed. "
         "elements: linear or quadratic; None: as in the file, linear in a surface. "
         "edge: length of the tetrahedra's edges at the surface, metres. error: searches for quadratic "
-        "tetrahedra that yield to the body's weight with at most this error. Warns "
+        "tetrahedra that bend with at most this error, in a cage if need be. Warns "
         "(UserWarning) of a body whose size, tetrahedra or Poisson's ratio may make its motion wrong.");
     m.def("save_body", &write_checked<save_body, Body>, py::arg("path"), py::arg("body"), UsesFiles(),
           "Writes a body file under a temporary name and renames it.");
