@@ -25,7 +25,7 @@ namespace {
 /// Reads a surface if there is room for it and for what follows. fills: the surface itself with tetrahedra.
 TriMesh surface_of(const std::filesystem::path& path, bool fills, const Output& out) {
     // Measured at the peak: reading, and filling the surface or wrapping it.
-    constexpr double read_per_byte = 8, filled_per_face = 3500, wrapped_per_face = 500;
+    constexpr double read_per_byte = 8, filled_per_face = 3500, wrapped_per_face = 900;
     std::error_code error;  // read_surface() says what is wrong
     const std::uintmax_t bytes = std::filesystem::file_size(path, error);
     if (!error)

@@ -106,9 +106,10 @@ class LinesOfTet {
         slope_.row(0) = -slope_.bottomRows<3>().colwise().sum();
     }
 
-    /// Means of z z^T over the material; empty if no line passes through the tetrahedron, or if all of it is
-    /// material or none.
-    std::optional<Moments> moments(const Solid& solid) const {
+    /// Means of z z^T over the material, by so many lines through a rectangle around the tetrahedron, of
+    /// which about a third pass through it; empty if no line passes through the tetrahedron, or if all of it
+    /// is material or none.
+    std::optional<Moments> moments(const Solid& solid, int lines) const {
         const Eigen::RowVector3d low = corners_.colwise().minCoeff(), high = corners_.colwise().maxCoeff();
         Moments inside = Moments::Zero();
         double whole = 0, filled = 0;
@@ -139,8 +140,6 @@ class LinesOfTet {
     }
 
  private:
-    static constexpr int lines = 2400;  // over a rectangle around it; about a third pass through it
-
     /// The heights between which the line through a point lies in the tetrahedron.
     std::pair<double, double> span_of(Eigen::Vector3d point) const {
         double from = corners_.col(axis_).minCoeff(), to = corners_.col(axis_).maxCoeff();
@@ -179,6 +178,9 @@ class LinesOfTet {
 
 TetFill material_fill(const TetMesh& tets, const TriMesh& surface) {
     constexpr double beside = 1e-5;  // counted of what is not material
+    // Errors of many tetrahedra are means of each other's.
+    const int lines =
+        std::clamp(static_cast<int>(4'000'000 / std::max<Eigen::Index>(1, tets.T.rows())), 300, 2400);
     const Moments full = (Moments::Identity() + Moments::Ones()) / 20;
     stop_if_asked();
     const Solid solid(surface);
@@ -194,7 +196,7 @@ TetFill material_fill(const TetMesh& tets, const TriMesh& surface) {
             }
             std::optional<Moments> in_part;
             if (const int axis = solid.main_axis(box); axis >= 0)
-                in_part = LinesOfTet(corners, axis).moments(solid);
+                in_part = LinesOfTet(corners, axis).moments(solid, lines);
             Moments S = in_part.value_or(Moments::Zero());
             if (!in_part) {
                 const Eigen::Vector3d middle = corners.colwise().mean().transpose();

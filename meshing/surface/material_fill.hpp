@@ -5,9 +5,9 @@
 namespace nbd {
 
 /// How much of each tetrahedron lies within a surface, with a hundred thousandth of what does not, so that no
-/// node is without mass and stiffness. Integrated along lines across the surface: exact there, and by several
-/// hundred lines in each tetrahedron that the surface may cut. solid: closed, faces outward, cavities into
-/// their hollow; may intersect itself. The same on any number of threads.
+/// node is without mass and stiffness [Parvizian07]. Integrated along lines across the surface: exact there,
+/// and by a hundred lines or more in each tetrahedron that the surface may cut. solid: closed, faces outward,
+/// cavities into their hollow; may intersect itself. The same on any number of threads.
 TetFill material_fill(const TetMesh& tets, const TriMesh& solid);
 
 }  // namespace nbd
