@@ -21,8 +21,8 @@ namespace nbd {
 
 /// What ElasticBody::measure() finds in a pose.
 struct ElementReport {
-    double energy = 0;        // elastic, joules
-    int inverted = 0;         // tetrahedra with det F <= 0; here and below, without those filled below 1e-3
+    double energy = 0;  // elastic, joules
+    int inverted = 0;   // tetrahedra with det F <= 0; here and below, of those filled by a hundredth or more
     int first_inverted = -1;  // lowest index of these; -1 if none
     int non_finite = 0;       // tetrahedra with a NaN or infinity in F; the other figures leave them out
     int first_non_finite = -1;

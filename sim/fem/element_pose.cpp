@@ -134,7 +134,7 @@ void ElasticBody::measure_batch(NodesRef x, int batch, ElementReport& report) co
                               ? corotated_energy(moduli_[0], F, R)
                               : respond(lane_moduli(batch), principal_stretches(F, R).sigma).energy;
     const Lanes volume = volumes(batch);
-    constexpr double least_filled = 1e-3;  // what is nearly empty may turn inside out
+    constexpr double least_filled = 0.01;  // what is nearly empty may turn inside out
     int inverted = -1, non_finite = -1;    // the last such tetrahedron
     for (int l = 0; l < points_of(batch); ++l) {
         const int tet = (first_point(batch) + l) / points_per_tet();
