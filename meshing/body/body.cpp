@@ -13,6 +13,7 @@
 
 #include "meshing/h5/sha256.hpp"
 #include "meshing/h5/sparse.hpp"
+#include "meshing/surface/material_fill.hpp"
 #include "meshing/surface/quadratic_tets.hpp"
 
 namespace nbd {
@@ -250,14 +251,10 @@ void check_fill(const TetMesh& tets) {
     constexpr double rounding = 1e-9, least = 1e-9;
     for (Eigen::Index t = 0; t < tets.T.rows(); ++t) {
         const double share = tets.filled(t);
-        Eigen::Matrix4d S;  // means of products of coordinates: of places inside, no eigenvalue is negative
-        for (int a = 0; a < 4; ++a) S(a, a) = tets.fill(t, a);
-        for (std::size_t k = 0; k < edges_of_tet.size(); ++k)
-            S(edges_of_tet[k].first, edges_of_tet[k].second) =
-                S(edges_of_tet[k].second, edges_of_tet[k].first) =
-                    tets.fill(t, 4 + static_cast<Eigen::Index>(k)) / 2;
-        const double lowest =
-            Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d>(S, Eigen::EigenvaluesOnly).eigenvalues()[0];
+        // Of places inside, no eigenvalue is negative.
+        const double lowest = Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d>(
+                                  coordinate_products(tets.fill.row(t)), Eigen::EigenvaluesOnly)
+                                  .eigenvalues()[0];
         if (!(share >= least && share <= 1 + rounding && tets.fill.row(t).minCoeff() >= -rounding * share &&
               lowest >= -rounding * share))
             throw std::invalid_argument(fmt::format(

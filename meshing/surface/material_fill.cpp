@@ -176,6 +176,23 @@ class LinesOfTet {
 
 }  // namespace
 
+Eigen::Matrix4d coordinate_products(const Eigen::Matrix<double, 1, 10>& fill) {
+    Eigen::Matrix4d S;
+    for (int a = 0; a < 4; ++a) S(a, a) = fill[a];
+    for (int k = 0; k < 6; ++k) {
+        const auto [a, b] = edges_of_tet[k];
+        S(a, b) = S(b, a) = fill[4 + k] / 2;
+    }
+    return S;
+}
+
+Eigen::Matrix<double, 1, 10> fill_of_products(const Eigen::Matrix4d& S) {
+    Eigen::Matrix<double, 1, 10> fill;
+    for (int a = 0; a < 4; ++a) fill[a] = S(a, a);
+    for (int k = 0; k < 6; ++k) fill[4 + k] = 2 * S(edges_of_tet[k].first, edges_of_tet[k].second);
+    return fill;
+}
+
 TetFill material_fill(const TetMesh& tets, const TriMesh& surface) {
     constexpr double beside = 1e-5;  // counted of what is not material
     // Errors of many tetrahedra are means of each other's.
@@ -207,8 +224,7 @@ TetFill material_fill(const TetMesh& tets, const TriMesh& surface) {
                 if (winding != 0) S = full;
             }
             S = (1 - beside) * S + beside * full;
-            for (int a = 0; a < 4; ++a) fill(t, a) = S(a, a);
-            for (int k = 0; k < 6; ++k) fill(t, 4 + k) = 2 * S(edges_of_tet[k].first, edges_of_tet[k].second);
+            fill.row(t) = fill_of_products(S);
         },
         8);
     return fill;

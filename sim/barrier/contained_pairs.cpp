@@ -62,7 +62,7 @@ bool follows(const Embedding& W, int v, std::span<const int> nodes) {
         carried += entry.value();
     }
     constexpr double rounding = 1e-9;
-    if (std::abs(carried - 1) > rounding || nodes.size() == 4) return std::abs(carried - 1) <= rounding;
+    if (std::abs(carried - 1) > rounding) return false;
     Eigen::Vector4d z;
     for (std::size_t a = 0; a < 4; ++a) z[a] = weights[a];
     for (std::size_t k = 0; k < 6; ++k) {
@@ -81,7 +81,6 @@ bool follows(const Embedding& W, int v, std::span<const int> nodes) {
 
 struct ContainedPairs::Search {
     const ContainedPairs& pairs;
-    const ContactShape& shape;
     const Nodes& rest;
     const WideTree& tree;
     const Nodes& X;
@@ -211,7 +210,6 @@ ContainedPairs::ContainedPairs(const ContactShape& shape, const TetMesh& mesh, c
         tet.slopes.row(0) = -tet.slopes.bottomRows<3>().colwise().sum();
     }
     Search search{.pairs = *this,
-                  .shape = shape,
                   .rest = rest,
                   .tree = tree,
                   .X = mesh.X,

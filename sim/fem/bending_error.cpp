@@ -53,16 +53,7 @@ TetFill fill_of_parts(const TetMesh& whole, const TetMesh& parts) {
             own.col(a).head<3>() = (parts.X.row(parts.T(p, a)) - whole.X.row(whole.T(t, 0))).transpose();
         }
         const Eigen::Matrix4d z = corners.inverse() * own;  // coordinates of the part's corners
-        Eigen::Matrix4d S;
-        for (int a = 0; a < 4; ++a) S(a, a) = parts.fill(p, a);
-        for (std::size_t k = 0; k < edges_of_tet.size(); ++k) {
-            const auto [a, b] = edges_of_tet[k];
-            S(a, b) = S(b, a) = parts.fill(p, 4 + k) / 2;
-        }
-        S = (z * S * z.transpose() / 8).eval();
-        for (int a = 0; a < 4; ++a) fill(t, a) += S(a, a);
-        for (std::size_t k = 0; k < edges_of_tet.size(); ++k)
-            fill(t, 4 + k) += 2 * S(edges_of_tet[k].first, edges_of_tet[k].second);
+        fill.row(t) += fill_of_products(z * coordinate_products(parts.fill.row(p)) * z.transpose() / 8);
     }
     return fill;
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <utility>
 
+#include "meshing/surface/material_fill.hpp"
 #include "meshing/surface/quadratic_tets.hpp"
 
 namespace nbd {
@@ -40,13 +41,7 @@ AllBlocks all_of(const TetBlocks& blocks) noexcept {
 // that sum to 1. P = 2 Q S^(1/2) has the former for every rotation Q. The one that turns the row sums of
 // 2 S^(1/2), of norm 2, into ones by the shortest way leaves the points of a full tetrahedron as they are.
 TetPoints points_of_fill(const Eigen::Matrix<double, 1, 10>& fill) {
-    Eigen::Matrix4d S;
-    for (int a = 0; a < 4; ++a) S(a, a) = fill[a];
-    for (int k = 0; k < 6; ++k) {
-        const auto [a, b] = edges_of_tet[k];
-        S(a, b) = S(b, a) = fill[4 + k] / 2;
-    }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> axes(S / fill.sum());
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> axes(coordinate_products(fill) / fill.sum());
     const Eigen::Matrix4d root = 2 * axes.eigenvectors() *
                                  axes.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() *
                                  axes.eigenvectors().transpose();
