@@ -1,0 +1,135 @@
+#include <fmt/format.h>
+
+#include <numbers>
+
+#include "meshing/body/material.hpp"
+#include "sim/scene/read_parts.hpp"
+
+namespace nbd {
+namespace {
+
+SceneGrip read_grip(JsonObject& from) {
+    SceneGrip grip{.key = key_of(from), .region = {}, .motion = {}};
+    if (from.need("region")) grip.region = read_region(from.object("region"));
+    grip.motion.centre = from.vector("centre", grip.motion.centre);
+    grip.motion.translation = from.vector("translate", grip.motion.translation);
+    Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
+    double degrees = 0;
+    read_rotation(from.object("rotate"), axis, degrees);
+    grip.motion.rotation = degrees * std::numbers::pi / 180 * axis;
+    grip.motion.start = from.number("start", 0, finite_number);
+    grip.motion.duration = from.number("duration", 0, not_negative);
+    grip.motion.release = from.number("release", grip.motion.release, not_negative);
+    if (grip.motion.release < grip.motion.start) from.problem("release", "must not be before \"start\"");
+    from.finish();
+    return grip;
+}
+
+/// Of a region, which has no damping of its own.
+MaterialChange read_elasticity(JsonObject& from) {
+    MaterialChange material;
+    std::vector<std::string> laws;
+    for (const MaterialLaw law : material_laws) laws.emplace_back(name(law));
+    material.law = material_law(from.choice("law", "", laws));
+    material.young = from.optional_number("young", positive_number);
+    material.poisson =
+        from.optional_number("poisson", {least_poisson, max_poisson, "between -0.999 and 0.499"});
+    material.density = from.optional_number("density", positive_number);
+    return material;
+}
+
+MaterialChange read_material(JsonObject from) {
+    MaterialChange material = read_elasticity(from);
+    material.rayleigh_mass = from.optional_number("rayleigh_mass", not_negative);
+    material.rayleigh_stiffness = from.optional_number("rayleigh_stiffness", not_negative);
+    from.finish();
+    return material;
+}
+
+SceneMaterialRegion read_material_region(JsonObject& from) {
+    SceneMaterialRegion region{.key = key_of(from), .group = {}, .where = {}, .material = {}};
+    const std::string kind = from.need_one({"group", "region"});
+    if (kind == "group") {
+        region.group = from.text("group", "");
+        if (region.group.empty()) from.problem("group", "must be the name of a group");
+    }
+    if (kind == "region") region.where = read_region(from.object("region"));
+    JsonObject material = from.object("material");
+    region.material = read_elasticity(material);
+    material.finish();
+    from.finish();
+    return region;
+}
+
+SceneMeshing read_meshing(JsonObject from, BodySource source) {
+    SceneMeshing meshing;
+    meshing.tets.nodes = from.integer("nodes", 0, {0, 1e8, "between 0 and 100000000"});
+    meshing.tets.grading = from.number("grading", meshing.tets.grading, {0, 2, "between 0 and 2"});
+    meshing.edge = from.number("edge", meshing.edge, not_negative);
+    if (meshing.edge > 0 && meshing.tets.nodes > 0) from.problem("nodes", "must not be beside \"edge\"");
+    const bool is_linear = from.choice("elements", "linear", {"linear", "quadratic"}) == "linear";
+    if (from.has("elements")) meshing.elements = is_linear ? Elements::linear : Elements::quadratic;
+    meshing.scale = from.number("scale", meshing.scale, positive_number);
+    meshing.weld = from.number("weld", meshing.weld, not_negative);
+    meshing.levels = from.integer("subdivide", 0, {0, 4, "between 0 and 4"});
+    if (from.choice("subdivision", "midpoint", {"midpoint", "loop"}) == "loop")
+        meshing.scheme = SubdivisionScheme::loop;
+    if (source == BodySource::tets)
+        for (const char* key : {"edge", "nodes", "grading", "weld"})
+            if (from.has(key))
+                from.problem(key, "applies to surfaces only; given tetrahedra are not remeshed");
+    from.finish();
+    return meshing;
+}
+
+void read_source(JsonObject& from, const std::filesystem::path& base, SceneBody& body) {
+    const std::string kind = from.need_one({"body", "surface", "tets"});
+    body.source = kind == "surface" ? BodySource::surface
+                  : kind == "tets"  ? BodySource::tets
+                                    : BodySource::body;
+    if (!kind.empty()) body.file = read_path(from, kind, base);
+    body.meshing = read_meshing(from.object("meshing"), body.source);
+    if (kind == "body" && from.has("meshing"))
+        from.problem("meshing", "applies to surfaces and tetrahedra only; a body file is used unchanged");
+}
+
+void read_bounds(JsonObject& from, const std::filesystem::path& base, SceneBody& body) {
+    body.tree = read_path(from, "tree", base);
+    body.bounds = bound_kind(from.choice("bounds", "auto",
+                                         {"exact", "boxes", "bd", "nbd", "learned_affine", "affine", "auto"},
+                                         instead_of_bound));
+    body.margin = from.optional_number("margin", {0, 10, "between 0 and 10"});
+    if (!can_miss(body.bounds)) return;
+    if (!from.has("tree"))
+        from.problem("tree",
+                     fmt::format("is missing: bounds \"{}\" are learned or precomputed and need a tree file",
+                                 name(body.bounds)));
+    if (body.placement.scale != 1)
+        from.problem("transform.scale",
+                     "must be 1 unless bounds are \"auto\", \"affine\", \"boxes\" or \"exact\"");
+}
+
+}  // namespace
+
+SceneBody read_body(JsonObject& from, const std::filesystem::path& base) {
+    SceneBody body;
+    read_source(from, base, body);
+    body.name = from.text("name", "");
+    if (body.name.empty()) body.name = body.file.stem().string();
+    body.placement = read_placement(from.object("transform"));
+    read_bounds(from, base, body);
+    body.velocity = from.vector("velocity", body.velocity);
+    body.angular_velocity = from.vector("angular_velocity", body.angular_velocity);
+    body.material = read_material(from.object("material"));
+    for (JsonObject& region : from.objects("regions")) body.regions.push_back(read_material_region(region));
+    for (JsonObject& pin : from.objects("pins")) {
+        SceneGrip held{.key = key_of(pin), .region = {}, .motion = {}};
+        held.region = read_region(std::move(pin));
+        body.grips.push_back(std::move(held));
+    }
+    for (JsonObject& grip : from.objects("grips")) body.grips.push_back(read_grip(grip));
+    from.finish();
+    return body;
+}
+
+}  // namespace nbd

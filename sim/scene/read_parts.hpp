@@ -1,0 +1,35 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "sim/json/json_object.hpp"
+#include "sim/scene/scene.hpp"
+
+// Readers of the parts of a scene, for read_scene().
+namespace nbd {
+
+inline constexpr NumberRange positive_number{least_constant, max_constant, "between 1e-30 and 1e30"};
+inline constexpr NumberRange not_negative{0, max_constant, "between 0 and 1e30"};
+inline constexpr NumberRange finite_number{-max_constant, max_constant, "between -1e30 and 1e30"};
+
+/// A unit vector.
+Eigen::Vector3d read_direction(JsonObject& from, const std::string& key, const Eigen::Vector3d& fallback);
+
+/// Reads a rotation as an axis and an angle in degrees.
+void read_rotation(JsonObject from, Eigen::Vector3d& axis, double& degrees);
+
+Placement read_placement(JsonObject from);
+BallShape read_ball(JsonObject from);
+Region read_region(JsonObject from);
+
+/// Last part of an object's path: "pins[1]".
+std::string key_of(const JsonObject& object);
+
+/// A path relative to base. Empty if the key is missing or wrong; an empty text is a problem.
+std::filesystem::path read_path(JsonObject& from, const std::string& key, const std::filesystem::path& base);
+
+SceneBody read_body(JsonObject& from, const std::filesystem::path& base);
+SceneObstacle read_obstacle(JsonObject& from, const std::filesystem::path& base);
+
+}  // namespace nbd
