@@ -29,7 +29,8 @@ bool is_mesh(const Obstacle& obstacle) {
 
 SurfacePoint surface_point(const MovingSurface& surface, int first, int count,
                            const std::array<FeatureCorner, 4>& at, const Eigen::Vector3d& weights) {
-    SurfacePoint point{.body = surface.body(), .count = surface.is_obstacle() ? 0 : count};
+    if (surface.is_obstacle()) return {};
+    SurfacePoint point{.body = surface.body(), .count = count};
     for (int k = 0; k < point.count; ++k) {
         const std::size_t i = k;
         point.vertices[i] = at[first + k].vertex;
@@ -63,12 +64,12 @@ void Barrier::add_obstacle(const Obstacle& obstacle) {
     if (!is_mesh(obstacle)) return;
     const TriMesh& mesh = std::get<std::shared_ptr<const StaticSurface>>(obstacle.shape)->mesh();
     walls_.back().surface = surfaces_.size();
-    surfaces_.emplace_back(mesh.F, mesh.X, -1);
+    surfaces_.emplace_back(mesh.F, mesh.X, party_of_obstacle(std::ssize(walls_) - 1));
 }
 
 void Barrier::begin() {
-    intersection_search_.begin(surfaces_, touching_share * reach_);
-    search_.begin(surfaces_, intersection_search_.about_those_at_rest());
+    intersection_search_.begin(surfaces_, touching_share * reach_, rules_);
+    search_.begin(surfaces_, intersection_search_.about_those_at_rest(), rules_);
     find_held_touch();
 }
 
@@ -275,6 +276,7 @@ Contact Barrier::contact(const NearFeatures& near, double share) const {
         contact.friction = wall->obstacle.friction;
         contact.obstacle = static_cast<int>(wall - walls_.data());
     }
+    contact.friction = rules_.friction(a.body(), b.body(), contact.friction);
     return contact;
 }
 

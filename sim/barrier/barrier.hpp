@@ -9,6 +9,7 @@
 #include "sim/barrier/intersections.hpp"
 #include "sim/barrier/near_features.hpp"
 #include "sim/contact/contact.hpp"
+#include "sim/contact/pair_rules.hpp"
 #include "sim/obstacles/obstacle.hpp"
 #include "sim/patches/contact_shape.hpp"
 
@@ -33,8 +34,10 @@ struct HeldPose {
 /// points that stay for ever do not press each other, and their faces are no intersections().
 class Barrier {
  public:
-    /// reach: distance at which surfaces begin to press, metres, > 0. Both must stay as they are.
-    Barrier(const ContactConfig& config, double reach) : config_(config), reach_(reach) {}
+    /// reach: distance at which surfaces begin to press, metres, > 0. rules: which surfaces meet, by the
+    /// numbers of bodies and obstacles in the order in which they are added.
+    Barrier(const ContactConfig& config, double reach, PairRules rules = {})
+        : config_(config), reach_(reach), rules_(std::move(rules)) {}
 
     /// rest: the body's tetrahedra at rest. young: modulus of its outer layer, Pa. bounds: by which it meets
     /// others. Add all bodies, then the obstacles, then call begin().
@@ -154,6 +157,7 @@ class Barrier {
 
     ContactConfig config_;
     double reach_;
+    PairRules rules_;
     std::vector<Body> bodies_;
     std::vector<MovingSurface> surfaces_;  // of the bodies, then of the obstacles that are meshes
     std::vector<Wall> walls_;

@@ -60,6 +60,7 @@ void Barrier::find_held_on_smooth() {
     for (std::size_t w = 0; w < walls_.size(); ++w) {
         if (walls_[w].surface >= 0) continue;
         for (int b = 0; b < std::ssize(bodies_); ++b) {
+            if (!rules_.meet(b, party_of_obstacle(w))) continue;
             const std::vector<char>& held = bodies_[b].held.held;
             for (int v = 0; v < std::ssize(held); ++v) {
                 if (!held[v]) continue;
@@ -80,7 +81,7 @@ void Barrier::find_held_pairs(int a, int b, std::vector<FeaturePair>& features,
         return std::ranges::count(bodies_[surface.body()].held.stays, 0) <
                std::ssize(bodies_[surface.body()].held.stays);
     };
-    if ((s.is_obstacle() && t.is_obstacle()) || !stays(s) || !stays(t)) return;
+    if (!rules_.meet(s.body(), t.body()) || !stays(s) || !stays(t)) return;
     const auto near = static_cast<float>(touching_share * reach_ + s.rounding() + t.rounding());
     const std::size_t first = features.size();
     PairQuery query;

@@ -95,12 +95,14 @@ std::vector<int> faces_about(const MovingSurface& surface, int face) {
 
 }  // namespace
 
-void IntersectionSearch::begin(const std::vector<MovingSurface>& surfaces, double distance) {
+void IntersectionSearch::begin(const std::vector<MovingSurface>& surfaces, double distance,
+                               const PairRules& rules) {
+    rules_ = rules;
     neighbours_.clear();
     at_rest_.clear();
     touching_.clear();
     for (int s = 0; s < std::ssize(surfaces); ++s) {
-        if (surfaces[s].is_obstacle()) continue;
+        if (!rules_.meet(surfaces[s].body(), surfaces[s].body())) continue;
         if (!surfaces[s].proof()) add_neighbours(surfaces[s], s, neighbours_);
         find_at_rest(surfaces, s, distance);
     }
@@ -120,8 +122,9 @@ void IntersectionSearch::begin(const std::vector<MovingSurface>& surfaces, doubl
 void IntersectionSearch::find_at_rest(const std::vector<MovingSurface>& surfaces, int surface,
                                       double distance) {
     const MovingSurface& s = surfaces[surface];
-    const auto twin = std::find_if(surfaces.begin(), surfaces.begin() + surface,
-                                   [&](const MovingSurface& t) { return &t.shape() == &s.shape(); });
+    const auto twin = std::find_if(surfaces.begin(), surfaces.begin() + surface, [&](const MovingSurface& t) {
+        return &t.shape() == &s.shape() && rules_.meet(t.body(), t.body());
+    });
     if (const int number = static_cast<int>(twin - surfaces.begin()); number < surface) {
         for (std::vector<Intersection>* list : {&at_rest_, &touching_}) {
             std::vector<Intersection> same;
@@ -169,11 +172,13 @@ std::vector<Intersection> IntersectionSearch::find(std::vector<MovingSurface>& s
     const int count = surfaces.size();
     for (int a = 0; a < count; ++a) {
         MovingSurface& s = surfaces[a];
-        if (!s.is_obstacle()) add(a, a, open_pairs(s, static_cast<float>(2 * s.rounding())));
-        if (s.proof()) add(a, a, s.proof()->open_faces());
+        if (rules_.meet(s.body(), s.body())) {
+            add(a, a, open_pairs(s, static_cast<float>(2 * s.rounding())));
+            if (s.proof()) add(a, a, s.proof()->open_faces());
+        }
         for (int b = a + 1; b < count; ++b) {
             MovingSurface& t = surfaces[b];
-            if (s.is_obstacle() && t.is_obstacle()) continue;
+            if (!rules_.meet(s.body(), t.body())) continue;
             const auto distance = static_cast<float>(s.rounding() + t.rounding());
             add(a, b, pair_query_.boxes_within(s.still_tree(), t.still_tree(), distance));
         }
@@ -189,7 +194,7 @@ bool IntersectionSearch::missed_within(std::vector<MovingSurface>& surfaces, dou
     for (std::size_t a = 0; a < surfaces.size(); ++a)
         for (std::size_t b = a + 1; b < surfaces.size(); ++b) {
             MovingSurface &s = surfaces[a], &t = surfaces[b];
-            if (!s.can_miss() && !t.can_miss()) continue;
+            if ((!s.can_miss() && !t.can_miss()) || !rules_.meet(s.body(), t.body())) continue;
             const int first_of_t = s.rest().rows();  // in numbers of the vertices of both
             const auto at = [&](int v) {
                 return Eigen::Vector3d(v < first_of_t ? s.end(v) : t.end(v - first_of_t));

@@ -7,6 +7,7 @@
 #include "collision/query/pair_query.hpp"
 #include "collision/query/self_query.hpp"
 #include "sim/barrier/moving_surface.hpp"
+#include "sim/contact/pair_rules.hpp"
 
 namespace nbd {
 
@@ -23,8 +24,9 @@ struct Intersection {
 /// where one lies on the other.
 class IntersectionSearch {
  public:
-    /// Call once, when all surfaces are there. distance: what is nearer at rest touches, metres.
-    void begin(const std::vector<MovingSurface>& surfaces, double distance);
+    /// Call once, when all surfaces are there. distance: what is nearer at rest touches, metres. rules: which
+    /// surfaces meet; what others have in common is no result.
+    void begin(const std::vector<MovingSurface>& surfaces, double distance, const PairRules& rules = {});
 
     /// Faces of one body that intersect at rest, sorted.
     const std::vector<Intersection>& at_rest() const noexcept { return at_rest_; }
@@ -48,6 +50,7 @@ class IntersectionSearch {
     std::span<const FacePair> open_pairs(MovingSurface& surface, float distance);
     std::vector<Intersection> keep_intersecting(const std::vector<MovingSurface>& surfaces) const;
 
+    PairRules rules_;
     PairQuery pair_query_;
     SelfQuery self_query_;
 

@@ -34,7 +34,8 @@ class MovingSurface {
                   const PairBounds& bounds = {});
     /// Of another body of the same shape.
     MovingSurface(const MovingSurface& twin, int body, const PairBounds& bounds = {});
-    /// Of an obstacle, or of a body whose vertices are its nodes. rest: [n, 3]. body: -1 for an obstacle.
+    /// Of an obstacle, or of a body whose vertices are its nodes. rest: [n, 3]. body: of an obstacle
+    /// party_of_obstacle(), or any number below 0.
     MovingSurface(const Faces& F, const Nodes& rest, int body);
 
     /// Positions of the nodes at both ends of the motion, both [N, 3].

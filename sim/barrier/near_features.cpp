@@ -88,12 +88,14 @@ class NearFeatureSearch::MovingFaces {
 };
 
 void NearFeatureSearch::begin(const std::vector<MovingSurface>& surfaces,
-                              std::span<const Intersection> touching) {
+                              std::span<const Intersection> touching, const PairRules& rules) {
+    rules_ = rules;
     neighbours_.clear();
     references_.clear();
     touching_ = touching;
     for (std::size_t s = 0; s < surfaces.size(); ++s)
-        if (!surfaces[s].is_obstacle() && !surfaces[s].proof()) neighbours_.emplace_back(surfaces, s);
+        if (rules_.meet(surfaces[s].body(), surfaces[s].body()) && !surfaces[s].proof())
+            neighbours_.emplace_back(surfaces, s);
 }
 
 void NearFeatureSearch::leave_out(std::vector<FeaturePair> pairs) {
@@ -176,7 +178,8 @@ std::span<const NearFeatures> NearFeatureSearch::find(std::vector<MovingSurface>
     }
     for (NeighbourWatch& watch : neighbours_) watch.find(surfaces, reach, kept_);
     for (int s = 0; s < std::ssize(surfaces); ++s)
-        if (surfaces[s].proof()) keep_near_unproved(surfaces, s, reach);
+        if (surfaces[s].proof() && rules_.meet(surfaces[s].body(), surfaces[s].body()))
+            keep_near_unproved(surfaces, s, reach);
     std::erase_if(kept_, [&](const NearFeatures& near) {
         const auto& [kind, a, b, of_a, of_b] = near.pair;
         return !(near.reach > 0) || std::ranges::binary_search(left_out_, near.pair) ||
@@ -209,13 +212,13 @@ void NearFeatureSearch::ask_trees(std::vector<MovingSurface>& surfaces, double r
     const int count = surfaces.size();
     for (int a = 0; a < count; ++a) {
         MovingSurface& s = surfaces[a];
-        if (!s.is_obstacle() && !s.proof()) {
+        if (rules_.meet(s.body(), s.body()) && !s.proof()) {
             const auto distance = static_cast<float>(near_share * reach + room_ + 2 * s.rounding());
             add(a, a, [&] { return self_query_.boxes_within(s.own_tree(), distance); });
         }
         for (int b = a + 1; b < count; ++b) {
             MovingSurface& t = surfaces[b];
-            if (s.is_obstacle() && t.is_obstacle()) continue;
+            if (!rules_.meet(s.body(), t.body())) continue;
             const auto distance =
                 static_cast<float>(near_share * reach + room_ + s.rounding() + t.rounding());
             add(a, b, [&] { return pair_query_.boxes_within(s.tree(), t.tree(), distance); });

@@ -9,6 +9,7 @@
 #include "sim/barrier/intersections.hpp"
 #include "sim/barrier/moving_surface.hpp"
 #include "sim/barrier/neighbour_watch.hpp"
+#include "sim/contact/pair_rules.hpp"
 #include "sim/fem/step_report.hpp"
 
 namespace nbd {
@@ -22,8 +23,9 @@ namespace nbd {
 class NearFeatureSearch {
  public:
     /// Call once, when all surfaces are there. touching: faces of one surface whose own features are never
-    /// near, see IntersectionSearch::about_those_at_rest(); must stay valid.
-    void begin(const std::vector<MovingSurface>& surfaces, std::span<const Intersection> touching);
+    /// near, see IntersectionSearch::about_those_at_rest(); must stay valid. rules: which surfaces meet.
+    void begin(const std::vector<MovingSurface>& surfaces, std::span<const Intersection> touching,
+               const PairRules& rules = {});
 
     /// Other pairs that are never near.
     void leave_out(std::vector<FeaturePair> pairs);
@@ -68,6 +70,7 @@ class NearFeatureSearch {
     void keep_near(const std::vector<MovingSurface>& surfaces);
     void keep_near_unproved(std::vector<MovingSurface>& surfaces, int surface, double reach);
 
+    PairRules rules_;
     std::span<const Intersection> touching_;
     std::vector<FeaturePair> left_out_;  // sorted
     PairQuery pair_query_;

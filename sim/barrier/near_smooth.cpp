@@ -43,6 +43,7 @@ void Barrier::find_near_smooth() {
         if (wall.surface >= 0) continue;
         const Eigen::Vector3d moved = wall.end - wall.begin;
         for (int b = 0; b < std::ssize(bodies_); ++b) {
+            if (!rules_.meet(b, party_of_obstacle(w))) continue;
             const MovingSurface& surface = surfaces_[b];
             const auto look_at = [&](int v) {
                 const NearSmooth near{b, v, static_cast<int>(w)};
@@ -108,7 +109,7 @@ Contact Barrier::contact(const NearSmooth& near, double share) const {
             .normal = hit.normal,
             .wall_velocity = wall.velocity,
             .gap = hit.distance,
-            .friction = wall.obstacle.friction,
+            .friction = rules_.friction(near.body, party_of_obstacle(near.wall), wall.obstacle.friction),
             .obstacle = near.wall};
 }
 

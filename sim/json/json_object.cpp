@@ -158,6 +158,16 @@ std::string JsonObject::text(const std::string& key, const std::string& fallback
     return entry ? entry->get<std::string>() : fallback;
 }
 
+std::vector<std::string> JsonObject::texts(const std::string& key, std::size_t count) {
+    const nlohmann::json* entry = find({.object = {}, .key = key, .type = "array"});
+    if (!entry) return {};
+    if (entry->is_array() && entry->size() == count &&
+        std::ranges::all_of(*entry, [](const auto& text) { return text.is_string(); }))
+        return entry->get<std::vector<std::string>>();
+    problem(key, fmt::format("must be {} texts, not {}", count, shown(*entry)));
+    return {};
+}
+
 std::string JsonObject::choice(const std::string& key, const std::string& fallback,
                                const std::vector<std::string>& choices,
                                std::string_view (*instead_of)(std::string_view) noexcept) {

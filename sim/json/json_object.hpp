@@ -63,6 +63,8 @@ class JsonObject {
     long long integer(const std::string& key, long long fallback, const NumberRange& range);
     bool flag(const std::string& key, bool fallback);
     std::string text(const std::string& key, const std::string& fallback);
+    /// An array of so many texts; none if the key is missing or after a problem.
+    std::vector<std::string> texts(const std::string& key, std::size_t count);
     /// One text out of `choices`. instead_of: what to write instead of a text that is gone, else empty.
     std::string choice(const std::string& key, const std::string& fallback,
                        const std::vector<std::string>& choices,

@@ -271,6 +271,7 @@ World build_world(const SceneSpec& given, std::span<const LoadedBody> bodies, st
             throw std::invalid_argument(fmt::format("obstacles[{}]: {}", o, error.what()));
         }
     }
+    for (const ScenePair& pair : spec.pairs) world.set_pair(pair.a, pair.b, pair.rule);
     if (moves)
         *moves = move_apart(spec, world);
     else if (spec.resolve_start)

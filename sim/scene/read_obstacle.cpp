@@ -3,7 +3,8 @@
 namespace nbd {
 
 SceneObstacle read_obstacle(JsonObject& from, const std::filesystem::path& base) {
-    SceneObstacle result;
+    SceneObstacle result{.name = from.text("name", ""), .obstacle = {}, .mesh = {}, .placement = {}};
+    if (result.name.empty()) result.name = from.path("");
     const std::string kind = from.need_one({"plane", "sphere", "mesh"});
     if (kind == "plane") {
         JsonObject plane = from.object("plane");

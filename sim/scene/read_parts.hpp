@@ -32,4 +32,7 @@ std::filesystem::path read_path(JsonObject& from, const std::string& key, const 
 SceneBody read_body(JsonObject& from, const std::filesystem::path& base);
 SceneObstacle read_obstacle(JsonObject& from, const std::filesystem::path& base);
 
+/// The rules `pairs` of `contact`. spec: with its bodies and obstacles.
+std::vector<ScenePair> read_pairs(JsonObject& contact, const SceneSpec& spec);
+
 }  // namespace nbd

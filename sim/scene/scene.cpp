@@ -54,13 +54,14 @@ void tell_obsolete(JsonObject& from) {
                             from.path(key)));
 }
 
-ContactConfig read_contact(JsonObject from, bool& resolve_start) {
+ContactConfig read_contact(JsonObject from, SceneSpec& spec) {
     ContactConfig contact;
     contact.stiffness_scale = from.number("stiffness_scale", contact.stiffness_scale, positive_number);
     contact.friction = from.number("friction", contact.friction, {0, 10, "between 0 and 10"});
     contact.thickness = from.number("thickness", contact.thickness, not_negative);
     tell_obsolete(from);
-    resolve_start = from.flag("resolve_start", resolve_start);
+    spec.resolve_start = from.flag("resolve_start", spec.resolve_start);
+    spec.pairs = read_pairs(from, spec);
     from.finish();
     return contact;
 }
@@ -121,7 +122,7 @@ SceneReading read_scene(std::string_view text, const std::filesystem::path& base
         result.obstacle_is_good.push_back(reading.problems.size() == before);
     }
     spec.gravity = from.vector("gravity", spec.gravity);
-    spec.contact = read_contact(from.object("contact"), spec.resolve_start);
+    spec.contact = read_contact(from.object("contact"), spec);
     spec.step = read_solver(from.object("solver"));
     spec.time = read_time(from.object("time"));
     spec.output = read_output(from.object("output"));

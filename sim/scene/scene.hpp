@@ -84,9 +84,17 @@ struct SceneBody {
 };
 
 struct SceneObstacle {
+    std::string name;            // "obstacles[1]" where the scene gives none
     Obstacle obstacle;           // a mesh's shape is null until make_obstacle()
     std::filesystem::path mesh;  // empty: no mesh
     Placement placement;         // placement of the mesh
+};
+
+/// A rule for two of the scene's bodies, or for a body and an obstacle.
+struct ScenePair {
+    std::string key;   // "contact.pairs[1]", for messages
+    int a = 0, b = 0;  // as PairRules::set() has them
+    PairRule rule;
 };
 
 struct SceneTime {
@@ -110,6 +118,7 @@ struct SceneSpec {
     std::vector<SceneObstacle> obstacles;
     Eigen::Vector3d gravity{0, 0, -9.81};
     ContactConfig contact;
+    std::vector<ScenePair> pairs;
     bool resolve_start = false;  // whether bodies that intersect at the start are moved apart
     StepConfig step;
     SceneTime time;

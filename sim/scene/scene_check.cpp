@@ -150,6 +150,7 @@ class SceneCheck {
             body.grips = checked_grips(number, grips, body.state.x);
             world_.add_body(std::move(body));
             labels_.push_back(label);
+            party_in_world_[number] = world_.body_count() - 1;
         } catch (const std::exception& error) {
             findings_.problems.push_back(fmt::format("{}: {}", label, error.what()));
         }
@@ -186,6 +187,7 @@ class SceneCheck {
         try {
             world_.add_obstacle(make_obstacle(spec_.obstacles[number]));
             obstacle_labels_.push_back(label);
+            party_in_world_[party_of_obstacle(number)] = party_of_obstacle(std::ssize(obstacle_labels_) - 1);
         } catch (const std::exception& error) {
             findings_.problems.push_back(fmt::format("{}: {}", label, error.what()));
         }
@@ -193,6 +195,9 @@ class SceneCheck {
 
     /// As a run begins.
     void check_start() {
+        for (const auto& [key, a, b, rule] : spec_.pairs)
+            if (party_in_world_.contains(a) && party_in_world_.contains(b))
+                world_.set_pair(party_in_world_[a], party_in_world_[b], rule);
         try {
             for (const StartMove& move : move_apart(spec_, world_))
                 findings_.notes.push_back(moved_text(labels_[move.body], move));
@@ -212,6 +217,7 @@ class SceneCheck {
     SceneSpec spec_;
     World world_;  // of what is good
     std::vector<std::string> labels_, obstacle_labels_;
+    std::map<int, int> party_in_world_;  // of the scene's bodies and obstacles that are good, see PairRules
     SceneFindings findings_;
 };
 

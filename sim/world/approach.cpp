@@ -43,7 +43,7 @@ World::Rejection World::pass_of_ball(double dt) const {
         std::optional<Nodes> foreseen;  // once for all spheres
         for (std::size_t o = 0; o < obstacles_.size(); ++o) {
             const BallShape* ball = std::get_if<BallShape>(&obstacles_[o].shape);
-            if (!ball) continue;
+            if (!ball || !pairs_.meet(b, party_of_obstacle(o))) continue;
             if (!foreseen) foreseen = foreseen_motion(body, dt);
             const Eigen::Vector3d centre = ball->centre + displacement_at(obstacles_[o], time_);
             const Eigen::RowVector3d moves = dt * mean_velocity(obstacles_[o], time_, dt).transpose();

@@ -160,8 +160,9 @@ bool World::can_be_moved(int body) const {
 }
 
 /// The way by which a body leaves an obstacle, to `room` metres from it; zero if no vertex is in it, nor too
-/// near to start.
+/// near to start, or the two do not meet.
 Eigen::Vector3d World::way_out(int body, int obstacle, double room) {
+    if (!pairs_.meet(body, party_of_obstacle(obstacle))) return Eigen::Vector3d::Zero();
     const double least = barrier().least_start();
     SurfaceDistance deepest{std::numeric_limits<double>::infinity(), Eigen::Vector3d::Zero()};
     const Nodes x = surface(body);

@@ -99,7 +99,7 @@ Meeting meeting(PairQuery& query, Surface& a, Surface& b) {
 
 }  // namespace
 
-StartCheck::StartCheck(double apart) : apart_(apart) {}
+StartCheck::StartCheck(double apart, PairRules rules) : apart_(apart), rules_(std::move(rules)) {}
 StartCheck::~StartCheck() = default;
 
 void StartCheck::add_body(std::string label, TriMesh surface, bool is_held) {
@@ -127,7 +127,7 @@ std::vector<StartFault> StartCheck::between_bodies() {
     for (std::size_t i = 0; i < bodies_.size(); ++i)
         for (std::size_t k = i + 1; k < bodies_.size(); ++k) {
             Surface &a = *bodies_[i], &b = *bodies_[k];
-            if (!a.box.intersects(b.box)) continue;
+            if (!a.box.intersects(b.box) || !rules_.meet(i, k)) continue;
             const Meeting found = meeting(query_, a, b);
             if (found.touches_only)
                 faults.push_back(fault(false, b, fmt::format("touches {} at the start", a.label), &a));
@@ -143,7 +143,8 @@ std::vector<StartFault> StartCheck::between_bodies() {
     return faults;
 }
 
-std::vector<StartFault> StartCheck::with_obstacle(const std::string& label, const Obstacle& obstacle) {
+std::vector<StartFault> StartCheck::with_obstacle(int number, const std::string& label,
+                                                  const Obstacle& obstacle) {
     std::unique_ptr<Surface> solid;  // one for all bodies: a large mesh may lie under many
     if (const auto* shape = std::get_if<std::shared_ptr<const StaticSurface>>(&obstacle.shape)) {
         TriMesh mesh = (*shape)->mesh();
@@ -151,8 +152,10 @@ std::vector<StartFault> StartCheck::with_obstacle(const std::string& label, cons
         solid = std::make_unique<Surface>(label, std::move(mesh), origin_, true);
     }
     std::vector<StartFault> faults;
-    for (const auto& body : bodies_)
-        if (auto fault = check(*body, label, obstacle, solid.get())) faults.push_back(std::move(*fault));
+    for (std::size_t b = 0; b < bodies_.size(); ++b)
+        if (rules_.meet(b, party_of_obstacle(number)))
+            if (auto fault = check(*bodies_[b], label, obstacle, solid.get()))
+                faults.push_back(std::move(*fault));
     return faults;
 }
 
@@ -189,13 +192,13 @@ std::optional<StartFault> StartCheck::check(Surface& body, const std::string& la
 
 std::vector<StartFault> start_faults(const World& world, const std::vector<std::string>& labels,
                                      const std::vector<std::string>& obstacles) {
-    StartCheck check(world.thickness());
+    StartCheck check(world.thickness(), world.pairs());
     for (int b = 0; b < world.body_count(); ++b)
         check.add_body(labels.at(b), {world.surface(b), world.shape(b).F}, !world.can_be_moved(b));
     std::vector<StartFault> faults = check.between_bodies();
     for (std::size_t o = 0; o < world.obstacles().size(); ++o) {
         const std::string label = obstacles.empty() ? fmt::format("obstacles[{}]", o) : obstacles.at(o);
-        for (StartFault& fault : check.with_obstacle(label, world.obstacles()[o]))
+        for (StartFault& fault : check.with_obstacle(o, label, world.obstacles()[o]))
             faults.push_back(std::move(fault));
     }
     std::erase_if(faults, [](const StartFault& fault) { return !fault.overlaps && fault.is_held; });

@@ -21,8 +21,9 @@ struct StartFault {
 /// Finds what overlaps or touches, by exact bounds in single precision around a common origin.
 class StartCheck {
  public:
-    /// apart: how far held bodies should be apart, for messages, metres.
-    explicit StartCheck(double apart);
+    /// apart: how far held bodies should be apart, for messages, metres. rules: which surfaces meet, by the
+    /// order in which bodies are added, and the numbers of obstacles.
+    StartCheck(double apart, PairRules rules);
     ~StartCheck();
 
     /// label: for messages. surface: at the start, metres; not empty. is_held: whether it cannot be moved.
@@ -32,7 +33,7 @@ class StartCheck {
     std::vector<StartFault> between_bodies();
 
     /// Bodies that are in the obstacle at time 0, touch it, or enclose it.
-    std::vector<StartFault> with_obstacle(const std::string& label, const Obstacle& obstacle);
+    std::vector<StartFault> with_obstacle(int number, const std::string& label, const Obstacle& obstacle);
 
  private:
     class Surface;
@@ -42,6 +43,7 @@ class StartCheck {
                                     Surface* solid);
 
     double apart_;
+    PairRules rules_;
     std::vector<std::unique_ptr<Surface>> bodies_;
     Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
     PairQuery query_;

@@ -137,6 +137,17 @@ void World::add_obstacle(Obstacle obstacle) {
     forget_parts();
 }
 
+void World::set_pair(int a, int b, const PairRule& rule) {
+    for (const int party : {a, b})
+        if (party >= body_count() || party < party_of_obstacle(std::ssize(obstacles_) - 1))
+            throw std::invalid_argument(fmt::format("world: a pair names {} {}, but there are {}",
+                                                    party < 0 ? "obstacle" : "body",
+                                                    party < 0 ? party_of_obstacle(party) : party,
+                                                    party < 0 ? obstacles_.size() : bodies_.size()));
+    pairs_.set(a, b, rule);
+    forget_parts();
+}
+
 double World::thickness() const noexcept {
     return config_.contact.thickness > 0 ? config_.contact.thickness : 0.001 * smallest_diagonal();
 }

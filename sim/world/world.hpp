@@ -124,6 +124,11 @@ class World {
     int add_body(WorldBody body);
     /// Throws std::invalid_argument for an unusable obstacle.
     void add_obstacle(Obstacle obstacle);
+    /// Sets what holds between two bodies, a body and an obstacle, or a body and itself; a, b: as
+    /// PairRules::set(). Between steps, too: the next one checks then that what meets from now on is apart.
+    /// Throws std::invalid_argument as PairRules::set(), and for a body or obstacle that is not there.
+    void set_pair(int a, int b, const PairRule& rule);
+    const PairRules& pairs() const noexcept { return pairs_; }
 
     /// Advances by dt seconds, > 0. On a failure, see the report, the bodies are left as they were before the
     /// part that failed. Throws std::invalid_argument on a bad dt, and before the first step if surfaces
@@ -311,6 +316,7 @@ class World {
     std::vector<StepSystem> systems_;
     std::vector<int> first_unknown_{0};
     std::vector<Obstacle> obstacles_;
+    PairRules pairs_;
     PairQuery query_;
     FrictionMemory friction_memory_;
     std::vector<Contact> contacts_;  // of solver_

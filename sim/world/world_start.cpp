@@ -32,7 +32,7 @@ std::vector<char> hanging_on(const std::vector<char>& nodes, const Embedding& W)
 /// Made where it is first asked for.
 Barrier& World::barrier() {
     if (barrier_) return *barrier_;
-    auto made = std::make_unique<Barrier>(config_.contact, thickness());
+    auto made = std::make_unique<Barrier>(config_.contact, thickness(), pairs_);
     for (const Body& body : bodies_)
         made->add_body(body.shape, body.elastic->rest(), body.contact_young, body.bounds, held_pose(body));
     for (const Obstacle& obstacle : obstacles_) made->add_obstacle(obstacle);

@@ -307,6 +307,44 @@ SceneFindings findings_at(double height, const std::string& more = "") {
     return findings;
 }
 
+TEST(CheckScene, LeavesPairsAloneThatDoNotMeet) {
+    const auto problems = [](const std::string& pairs) {
+        // The first body and obstacle are left out, so that the others have other numbers in the world.
+        const SceneReading reading = read_scene(
+            R"({"bodies": [{"body": "missing"}, {"body": "a"},
+                           {"body": "b", "transform": {"translate": [0.9, 0.1, 0.1]}}],
+                "obstacles": [{"mesh": {"file": "/nowhere.obj"}},
+                              {"name": "floor", "plane": {"point": [0, 0, -0.1]}}],
+                "contact": {"pairs": [)" +
+                pairs + "]}}",
+            "");
+        const LoadedBody bodies[] = {{}, box(), box()};
+        return check_scene(reading, bodies).problems;
+    };
+    EXPECT_EQ(problems("").size(), 3u);  // the file, two bodies that overlap, one in the floor
+    EXPECT_EQ(problems(R"({"bodies": ["a", "b"], "meet": false})").size(), 2u);
+    EXPECT_EQ(
+        problems(R"({"bodies": ["b", "a"], "meet": false}, {"body": "a", "obstacle": "floor", "meet": false},
+                          {"body": "b", "obstacle": "floor", "meet": false},
+                          {"bodies": ["missing", "missing"], "meet": false})"),
+        std::vector<std::string>{"obstacles[0]: /nowhere.obj: no such file"});
+}
+
+TEST(BuildWorld, SetsRulesForPairs) {
+    const LoadedBody bodies[] = {box(), box()};
+    const World world = build_world(
+        parse_scene(R"({"bodies": [{"body": "a"}, {"body": "b", "transform": {"translate": [0, 0, 0.1]}}],
+                        "obstacles": [{"sphere": {"radius": 1, "centre": [9, 9, 9]}}],
+                        "contact": {"pairs": [{"bodies": ["b", "a"], "meet": false},
+                                              {"body": "b", "obstacle": "obstacles[0]", "friction": 0.25}]}})",
+                    ""),
+        bodies);
+    EXPECT_FALSE(world.pairs().meet(0, 1));
+    EXPECT_TRUE(world.pairs().meet(0, 0));
+    EXPECT_EQ(world.pairs().friction(party_of_obstacle(0), 1, 0.5), 0.25);
+    EXPECT_EQ(world.pairs().friction(party_of_obstacle(0), 0, 0.5), 0.5);
+}
+
 TEST(CheckScene, MovesBodiesThatTouchAsARunDoes) {
     for (const double height : {0.0, -1e-3, -5e-3}) {  // up to half a hundredth of the size
         const SceneFindings found = findings_at(height);

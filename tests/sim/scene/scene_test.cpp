@@ -43,11 +43,13 @@ const std::string full = R"({
      "meshing": {"nodes": 500, "grading": 0.1, "subdivide": 2, "subdivision": "loop", "elements": "quadratic"}},
     {"tets": "c.msh", "meshing": {"subdivide": 1}}
   ],
-  "obstacles": [{"plane": {"normal": [0, 0, 3]}, "friction": 0.7},
+  "obstacles": [{"name": "floor", "plane": {"normal": [0, 0, 3]}, "friction": 0.7},
                 {"sphere": {"centre": [0, 0, 5], "radius": 2}, "velocity": [0, 1, 0], "start": 1, "stop": 2.5},
                 {"mesh": {"file": "rock.obj", "transform": {"scale": 2}}}],
   "gravity": [0, -9.81, 0],
-  "contact": {"stiffness_scale": 2, "friction": 0.1, "thickness": 0.005},
+  "contact": {"stiffness_scale": 2, "friction": 0.1, "thickness": 0.005,
+    "pairs": [{"bodies": ["first", "c"], "friction": 0.3}, {"bodies": ["b", "b"], "meet": false},
+              {"body": "first", "obstacle": "floor", "friction": 0.2}, {"body": "b", "obstacle": "obstacles[1]", "meet": false}]},
   "solver": {"integrator": "backward_euler", "tangent": "full", "newton_iterations": 3, "newton_tolerance": 0.01, "max_substeps": 4},
   "time": {"dt": 0.01, "frames": 7, "steps_per_frame": 3},
   "output": {"recording": "out/a.h5", "csv": "a.csv", "vtu": "frames", "obj": "frames", "picture": "a.png"},
@@ -105,6 +107,19 @@ TEST(Scene, ReadsEveryKey) {
     EXPECT_EQ(spec.obstacles[2].mesh, std::filesystem::path("folder/rock.obj"));
     EXPECT_EQ(spec.gravity, Eigen::Vector3d(0, -9.81, 0));
     EXPECT_DOUBLE_EQ(spec.contact.thickness, 0.005);
+    ASSERT_EQ(spec.pairs.size(), 4u);
+    const auto expect_pair = [&](std::size_t i, int a, int b, bool meets, std::optional<double> friction) {
+        EXPECT_EQ(spec.pairs[i].a, a) << i;
+        EXPECT_EQ(spec.pairs[i].b, b) << i;
+        EXPECT_EQ(spec.pairs[i].rule.meets, meets) << i;
+        EXPECT_EQ(spec.pairs[i].rule.friction, friction) << i;
+    };
+    expect_pair(0, 0, 2, true, 0.3);
+    expect_pair(1, 1, 1, false, std::nullopt);
+    expect_pair(2, 0, party_of_obstacle(0), true, 0.2);
+    expect_pair(3, 1, party_of_obstacle(1), false, std::nullopt);
+    EXPECT_EQ(spec.obstacles[0].name, "floor");
+    EXPECT_EQ(spec.obstacles[2].name, "obstacles[2]");
     EXPECT_EQ(spec.obstacles[1].obstacle.start, 1);
     EXPECT_EQ(spec.obstacles[1].obstacle.stop, 2.5);
     EXPECT_EQ(spec.step.newton_iterations, 3);
@@ -263,6 +278,39 @@ TEST(Scene, ReportsEveryProblemAtOnce) {
     EXPECT_EQ(reading.body_is_good, (std::vector<bool>{false, true, false}));
     EXPECT_EQ(reading.obstacle_is_good, (std::vector<bool>{false, true}));
     EXPECT_EQ(reading.spec.bodies.size(), 3u);
+}
+
+TEST(Scene, RefusesRulesForPairsThatAreWrong) {
+    const auto with_pair = [](const std::string& pair, const std::string& more = "") {
+        return complaint(R"({"bodies": [{"body": "a.h5"}, {"body": "b.h5"}, {"body": "b.h5"}],
+                             "obstacles": [{"sphere": {"radius": 1}}], "contact": {"pairs": [)" +
+                         pair + more + "]}}");
+    };
+    const auto wrong = [](const std::string& what) { return "contact.pairs[0]" + what; };
+    EXPECT_EQ(with_pair(R"({"bodies": ["a", "a"], "meet": false})"), "");
+    EXPECT_EQ(with_pair(R"({"bodies": ["a", "aa"], "friction": 0})"),
+              wrong(R"(.bodies: no body is named "aa"; allowed: a, b, b; the nearest is "a")"));
+    EXPECT_EQ(with_pair(R"({"bodies": ["a", "b"], "friction": 0})"),
+              wrong(R"(.bodies: several have the name "b"; give each a "name" of its own)"));
+    EXPECT_EQ(with_pair(R"({"bodies": ["a"], "friction": 0})"),
+              wrong(R"(.bodies: must be 2 texts, not ["a"])"));
+    EXPECT_EQ(with_pair(R"({"body": "a", "friction": 0})"), wrong(".obstacle: is missing"));
+    EXPECT_EQ(with_pair(R"({"body": "a", "obstacle": "floor", "friction": 0})"),
+              wrong(R"(.obstacle: no obstacle is named "floor"; allowed: obstacles[0])"));
+    EXPECT_EQ(with_pair(R"({"body": "a", "obstacle": 0, "friction": 0})"),
+              wrong(".obstacle: must be a text, not 0"));
+    EXPECT_EQ(with_pair(R"({"bodies": ["a", "a"], "obstacle": "obstacles[0]", "friction": 0})"),
+              wrong(R"(.obstacle: must be beside "body" alone)"));
+    EXPECT_EQ(with_pair(R"({"bodies": ["a", "a"]})"),
+              wrong(R"(: says nothing of the two; needs "meet" or "friction")"));
+    EXPECT_EQ(with_pair(R"({"bodies": ["a", "a"], "meet": false, "friction": 1})"),
+              wrong(R"(.friction: has no meaning for what does not "meet")"));
+    EXPECT_EQ(with_pair(R"({"bodies": ["a", "a"], "friction": -1})"),
+              wrong(".friction: is -1, but must be between 0 and 10"));
+    EXPECT_EQ(with_pair(R"({"meet": false})"), wrong(R"(: needs exactly one of "bodies" and "body")"));
+    EXPECT_EQ(
+        with_pair(R"({"bodies": ["a", "a"], "meet": false})", R"(, {"bodies": ["a", "a"], "friction": 0})"),
+        "contact.pairs[1]: names the same two as contact.pairs[0]");
 }
 
 TEST(Scene, NamesAnUnreadableFileAndTheReason) {

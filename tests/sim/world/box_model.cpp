@@ -1,6 +1,9 @@
 #include "tests/sim/world/box_model.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "tests/support/box_body.hpp"
@@ -24,6 +27,20 @@ WorldBody Model::at(const Eigen::Vector3d& centre, const Eigen::Matrix3d& R,
     entry.state.x = (body.tets.X * R.transpose()).rowwise() + centre.transpose();
     entry.state.v = Nodes::Zero(body.tets.X.rows(), 3).rowwise() + velocity.transpose();
     return entry;
+}
+
+Nodes hairpin(const Nodes& X, double height, double gap) {
+    const double radius = (height + gap) / 2, half = std::numbers::pi / 2 * radius;
+    Nodes x = X;
+    for (Eigen::Index i = 0; i < X.rows(); ++i) {
+        const double s = X(i, 0), side = s < 0 ? -1 : 1;
+        const double angle = side * std::min(std::abs(s), half) / radius,
+                     along = std::max(std::abs(s) - half, 0.0);
+        const double out = radius - X(i, 2);  // from the middle of the bend
+        x(i, 0) = out * std::cos(angle) - along;
+        x(i, 2) = out * std::sin(angle);
+    }
+    return x;
 }
 
 WorldBody strip_whose_ends_meet(const Model& strip) {

@@ -25,6 +25,9 @@ struct Model {
 /// contact with itself can keep them apart.
 WorldBody strip_whose_ends_meet(const Model& strip);
 
+/// A rod along x, bent at its middle into a hairpin whose arms are `gap` apart. height: of the rod, metres.
+Nodes hairpin(const Nodes& X, double height, double gap);
+
 /// Two boxes without damping by mass that fly at each other.
 void add_colliding_boxes(World& world);
 

@@ -83,26 +83,11 @@ TEST(Contacts, ABodyMeetsItself) {
     EXPECT_GT(touched, 2);
 }
 
-/// A rod along x, bent at its middle into a hairpin whose arms are `gap` apart. height: of the rod, metres.
-Nodes hairpin(const Nodes& X, double height, double gap) {
-    const double radius = (height + gap) / 2, half = std::numbers::pi / 2 * radius;
-    Nodes x = X;
-    for (Eigen::Index i = 0; i < X.rows(); ++i) {
-        const double s = X(i, 0), side = s < 0 ? -1 : 1;
-        const double angle = side * std::min(std::abs(s), half) / radius,
-                     along = std::max(std::abs(s) - half, 0.0);
-        const double out = radius - X(i, 2);  // from the middle of the bend
-        x(i, 0) = out * std::cos(angle) - along;
-        x(i, 2) = out * std::sin(angle);
-    }
-    return x;
-}
-
 TEST(Contacts, ArmsOfABodyThatClapDoNotPassEachOther) {
     constexpr double height = 0.1;
     Body body = test::box_body({2, 0.1, height}, {80, 4, 4});
     body.tets.X.rowwise() -= body.tets.X.colwise().mean().eval();
-    body.tets.X = hairpin(body.tets.X, height, 0.04);
+    body.tets.X = test::hairpin(body.tets.X, height, 0.04);
     World world(with_gravity());
     WorldBody arms{.elastic = std::make_shared<const ElasticBody>(body), .W = body.W, .F = body.surface.F};
     arms.state = {body.tets.X, Nodes::Zero(body.tets.X.rows(), 3)};
