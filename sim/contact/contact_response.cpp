@@ -62,7 +62,8 @@ ContactSolver::RigidResponse ContactSolver::response(const Eigen::VectorXd& v,
                                                      std::span<const std::optional<RigidMatrix>> inertia,
                                                      const BodyPositions& at) const {
     RigidResponse response{.motions = std::vector<RigidVector>(inertia.size(), RigidVector::Zero()),
-                           .impulses = Eigen::VectorXd::Zero(v.size())};
+                           .impulses = Eigen::VectorXd::Zero(v.size()),
+                           .of_contacts = {}};
     std::vector<Touch> all = touches(v, inertia, at);
     std::vector<Eigen::Index> place(inertia.size(), -1);  // of the bodies that touch
     Eigen::Index count = 0;
@@ -133,10 +134,12 @@ ContactSolver::RigidResponse ContactSolver::response(const Eigen::VectorXd& v,
     }
     for (std::size_t b = 0; b < inertia.size(); ++b)
         if (place[b] >= 0) response.motions[b] = motions.segment<6>(6 * place[b]);
+    response.of_contacts.assign(contacts_.size(), Eigen::Vector3d::Zero());
     for (const Touch& touch : all) {
         const bool is_first = contacts_[touch.contact].a.body == pairs_[pair_of_[touch.contact]][0];
-        terms_.add_impulse(touch.contact, (is_first ? 1 : -1) * (touch.resists + touch.friction), true,
-                           response.impulses);
+        const Eigen::Vector3d impulse = (is_first ? 1 : -1) * (touch.resists + touch.friction);
+        terms_.add_impulse(touch.contact, impulse, true, response.impulses);
+        response.of_contacts[touch.contact] = impulse;
     }
     return response;
 }

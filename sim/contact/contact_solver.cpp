@@ -1,8 +1,12 @@
 #include "sim/contact/contact_solver.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <tuple>
+
+#include "sim/contact/pair_rules.hpp"
 
 namespace nbd {
 namespace {
@@ -108,6 +112,31 @@ std::vector<Momentum> ContactSolver::momenta(const Eigen::VectorXd& v, const Bod
             terms_.add_momentum(contacts_[c], c, push_[c] - operators_[c].A * terms_.velocity(c, v), at,
                                 momenta);
     return momenta;
+}
+
+std::vector<PairImpulse> ContactSolver::pair_impulses(const Eigen::VectorXd& v,
+                                                      std::span<const Eigen::Vector3d> of_contacts,
+                                                      const BodyPositions& at) const {
+    std::map<std::pair<int, int>, PairImpulse> sums;
+    for (std::size_t c = 0; c < operators_.size(); ++c) {
+        const Contact& contact = contacts_[c];
+        const int a = contact.a.body,
+                  b = contact.b.body < 0 ? party_of_obstacle(contact.obstacle) : contact.b.body;
+        if (!presses(c) || a == b) continue;
+        Eigen::Vector3d impulse = push_[c] - operators_[c].A * terms_.velocity(c, v);
+        if (!of_contacts.empty()) impulse += of_contacts[c];
+        const bool is_on_a = b < 0 || a < b;
+        if (!is_on_a) impulse *= -1;
+        PairImpulse& sum = sums[is_on_a ? std::pair(a, b) : std::pair(b, a)];
+        sum.linear += impulse;
+        sum.angular += terms_.acts_at(contact, c, at).cross(impulse);
+    }
+    std::vector<PairImpulse> all;
+    for (auto& [pair, sum] : sums) {
+        std::tie(sum.body, sum.other) = pair;
+        all.push_back(sum);
+    }
+    return all;
 }
 
 void ContactSolver::set_rhs(std::span<const StepSystem> systems) {

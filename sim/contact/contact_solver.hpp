@@ -18,6 +18,13 @@
 
 namespace nbd {
 
+/// What contacts give to one of two surfaces over a step.
+struct PairImpulse {
+    int body = 0, other = 0;  // what is pushed, the body with the smaller number, and by what, see PairRules
+    Eigen::Vector3d linear = Eigen::Vector3d::Zero();   // N s
+    Eigen::Vector3d angular = Eigen::Vector3d::Zero();  // about the origin, N m s
+};
+
 struct ContactSolveReport {
     int linear_iterations = 0;  // conjugate gradient iterations, over all passes
     int passes = 0;             // linear solves with updated contacts
@@ -82,8 +89,9 @@ class ContactSolver {
 
     /// What impulses on bodies as a whole do at the end of a step while its contacts resist.
     struct RigidResponse {
-        std::vector<RigidVector> motions;  // [bodies] zero where something holds the body
-        Eigen::VectorXd impulses;          // of the contacts on the nodes, N s, stacked like v
+        std::vector<RigidVector> motions;          // [bodies] zero where something holds the body
+        Eigen::VectorXd impulses;                  // of the contacts on the nodes, N s, stacked like v
+        std::vector<Eigen::Vector3d> of_contacts;  // [contacts] on their points a, N s
     };
     /// v: the solution of the step. impulses: [bodies]. inertia: [bodies], with what of the damping resists;
     /// none of a body that something holds. at: positions at the end of the step. Contacts resist as they
@@ -91,6 +99,13 @@ class ContactSolver {
     RigidResponse response(const Eigen::VectorXd& v, std::span<const RigidVector> impulses,
                            std::span<const std::optional<RigidMatrix>> inertia,
                            const BodyPositions& at) const;
+
+    /// The impulses at v and those of a response, by bodies and obstacles that touch, in a fixed order;
+    /// without those within a body. of_contacts: see RigidResponse; may be empty. at: positions at which they
+    /// act.
+    std::vector<PairImpulse> pair_impulses(const Eigen::VectorXd& v,
+                                           std::span<const Eigen::Vector3d> of_contacts,
+                                           const BodyPositions& at) const;
 
     /// The contacts that press, at velocities v at the end of the step. They refer to those of begin().
     std::vector<RubbedContact> rubbed(const Eigen::VectorXd& v) const;

@@ -65,6 +65,8 @@ void StepSystem::assemble(const StepStart& start, const TimeStep& step, const Lo
     yielding_norm_ = std::sqrt(held_squared);
     is_image_known_ = false;
     std::fill(prescribed_.begin(), prescribed_.end(), 0);
+    held_.clear();
+    held_rhs_.resize(0, 3);
 }
 
 double StepSystem::softness(int node, double contacts) const noexcept {
@@ -73,10 +75,10 @@ double StepSystem::softness(int node, double contacts) const noexcept {
     return std::min(1.0, enough * mass / (A_.diagonal()[node].trace() / 3 + contacts));
 }
 
-void StepSystem::multiply(const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::Ref<Eigen::VectorXd> out) const {
+/// Sets free_ to v at the nodes that are not prescribed, and image_ to its product.
+void StepSystem::multiply_free(const Eigen::Ref<const Eigen::VectorXd>& v) const {
     const Eigen::Index nodes = body_.node_count();
     const Eigen::Map<const Nodes> given(v.data(), nodes, 3);
-    Eigen::Map<Nodes> result(out.data(), nodes, 3);
     bool is_known = is_image_known_;
     for (Eigen::Index i = 0; i < nodes; ++i) {
         const Eigen::RowVector3d row =
@@ -86,9 +88,22 @@ void StepSystem::multiply(const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::Ref
     }
     if (!is_known) body_.tangent_product(elements_, free_, forces_, image_);
     is_image_known_ = true;
+}
+
+void StepSystem::multiply(const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::Ref<Eigen::VectorXd> out) const {
+    const Eigen::Index nodes = body_.node_count();
+    const Eigen::Map<const Nodes> given(v.data(), nodes, 3);
+    Eigen::Map<Nodes> result(out.data(), nodes, 3);
+    multiply_free(v);
     result = mass_scale_ * body_.mass_product(free_) + elastic_scale_ * image_;
     for (Eigen::Index i = 0; i < nodes; ++i)
         if (prescribed_[i]) result.row(i) = given.row(i);
+}
+
+Nodes StepSystem::holding_impulses(const Eigen::Ref<const Eigen::VectorXd>& v) const {
+    multiply_free(v);
+    const Nodes product = mass_scale_ * body_.mass_product(free_) + elastic_scale_ * image_;
+    return product(held_, Eigen::all) - held_rhs_;
 }
 
 void StepSystem::prescribe(const PrescribedNodes& prescribed) {
@@ -114,6 +129,8 @@ void StepSystem::prescribe(const PrescribedNodes& prescribed) {
     multiply(shift_, shifted_);
     b_ -= shifted_;
     prescribed_ = std::move(named);
+    held_ = prescribed.nodes;
+    held_rhs_ = Eigen::Map<const Nodes>(b_.data(), body_.node_count(), 3)(held_, Eigen::all);
     for (const int node : prescribed.nodes) {
         A_.isolate(node);
         b_.segment<3>(3 * node) = shift_.segment<3>(3 * node);

@@ -125,6 +125,21 @@ Momentum World::end_momentum(const Body& body, NodesRef x, const Momentum& conta
             (factor * momentum.angular + dt * last.angular + contacts.angular) / lasting};
 }
 
+/// Takes what holds nodes out of the forces that balanced the motion, so that inner forces alone are left
+/// there, too. They sum to zero over the body: what they have instead, as the solver left it, is shared by
+/// the held nodes. holding: impulses of the solver, [held, 3].
+void World::take_holding(Body& body, const Nodes& holding) const {
+    const auto [dt, factor] = step_;
+    const std::vector<int>& held = body.before->held;
+    body.holding = holding / factor;
+    if (held.empty()) return;
+    body.inner_forces(held, Eigen::all) -= holding / dt;
+    Eigen::RowVector3d left = dt / factor * body.inner_forces.colwise().sum();
+    if (body.start.impulses.rows() > 0)
+        left += body.start.impulses.colwise().sum() - (1 - 1 / factor) * dt * body.forces.colwise().sum();
+    body.holding.rowwise() += left / static_cast<double>(held.size());
+}
+
 /// w: the solution of the step. impulses: those of its contacts on the nodes, stacked. The inner forces that
 /// the next step needs are what balances the motion: where elements are stiff, forces evaluated at its end
 /// would be mostly what they make of the solver's errors. Held nodes keep the velocity of their straight way;
@@ -134,6 +149,7 @@ void World::advance(int index, const Nodes& w, const Eigen::VectorXd& impulses) 
     const auto [dt, factor] = step_;
     body.before = {
         .v = body.state.v, .inner_forces = std::move(body.inner_forces), .held = prescribed(body, dt).nodes};
+    const Nodes holding = body.before->held.empty() ? Nodes(0, 3) : holding_impulses(index, w, impulses);
     const double lasting = 1 + dt * body.elastic->material().rayleigh_mass;
     const Nodes x = body.start.x + dt * w;
     Nodes now = factor * w;
@@ -141,10 +157,16 @@ void World::advance(int index, const Nodes& w, const Eigen::VectorXd& impulses) 
                                                    config_.gravity.transpose()) -
                         body.forces - body_part(index, impulses) / dt;
     if (body.start.impulses.rows() > 0) body.inner_forces -= factor / dt * body.start.impulses;
-    for (const int node : body.before->held) now.row(node) = (x.row(node) - body.state.x.row(node)) / dt;
+    take_holding(body, holding);
+    const std::vector<int>& held = body.before->held;
+    const Nodes solved = now(held, Eigen::all);
+    for (const int node : held) now.row(node) = (x.row(node) - body.state.x.row(node)) / dt;
     for (const Grip& grip : body.grips)
         if (grip.duration == 0 && time_ < grip.release)
             for (const int node : grip.nodes) now.row(node).setZero();
+    for (std::size_t k = 0; k < held.size(); ++k)  // what gives held nodes the velocity of their way
+        body.holding.row(k) +=
+            lasting * body.elastic->node_masses()[held[k]] * (now.row(held[k]) - solved.row(k));
     body.state.x = x;  // in place: arrays keep their place in memory
     body.state.v = now;
 }

@@ -239,6 +239,7 @@ void World::restore(const WorldSnapshot& snapshot) {
     }
     reset(snapshot);
     start_is_checked_ = false;
+    reactions_.clear();
     for (Body& body : bodies_) {
         body.contact_forces.setZero();
         body.driven.start = body.driven.end = time_;  // moves from the restored places to its targets

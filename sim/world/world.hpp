@@ -16,6 +16,7 @@
 #include "sim/fem/step_system.hpp"
 #include "sim/fem/time_step.hpp"
 #include "sim/world/grip.hpp"
+#include "sim/world/reactions.hpp"
 
 namespace nbd {
 
@@ -80,9 +81,8 @@ struct WorldReport : StepReport {
 
 /// What a step has to know of the one before it.
 struct PastStep {
-    Nodes v;  // velocities at its start, [N, 3] m/s
-    // Of elasticity and its damping there, [N, 3] newtons. Rows of nodes that were held mean nothing.
-    Nodes inner_forces;
+    Nodes v;                // velocities at its start, [N, 3] m/s
+    Nodes inner_forces;     // of elasticity and its damping there, [N, 3] newtons
     std::vector<int> held;  // nodes with prescribed velocities in the step
 };
 
@@ -195,6 +195,12 @@ class World {
     /// Forces between bodies sum to zero. Zero before the first step and after restore().
     const Nodes& contact_forces(int body) const { return at(body).contact_forces; }
 
+    /// What grips, driven nodes, obstacles and other bodies exerted on bodies in the last step, in a fixed
+    /// order; of two bodies, what acts on the one with the smaller number. Torques are about the origin that
+    /// users see, not origin(), with arms in the middle of the step. What the solver left of the balance of a
+    /// held body's free nodes is shared by its held ones. Empty before the first step and after restore().
+    std::vector<Reaction> reactions() const;
+
     WorldSnapshot snapshot() const;
 
     /// Continues from a snapshot of a world with the same bodies. Throws std::invalid_argument where it does
@@ -211,6 +217,7 @@ class World {
         std::optional<PastStep> before{};  // none: not known
         StepStart start{};                 // (x*, v*) of the step, see TimeStep
         Nodes inner_forces{};              // in `state`, [N, 3] newtons; empty: not known
+        Nodes holding{};                   // [held, 3] impulses on held nodes in the part, N s
         double contact_young = 0;          // of the layer that its surface lies in, Pa
         Nodes forces, contact_forces;
         std::vector<Grip> grips;
@@ -238,6 +245,7 @@ class World {
         WorldSnapshot snapshot;
         std::vector<Nodes> contact_forces;  // [bodies]
         std::vector<double> energies;       // [bodies]
+        ReactionSums reactions;
     };
 
     std::shared_ptr<const ContactShape> contact_shape(WorldBody& body) const;
@@ -274,9 +282,15 @@ class World {
     bool is_held(const Body& body) const;
     Momentum end_momentum(const Body& body, NodesRef x, const Momentum& contacts) const;
     Nodes middle(const Body& body) const;
+    void take_holding(Body& body, const Nodes& holding) const;
     void advance(int index, const Nodes& w, const Eigen::VectorXd& impulses);
 
     std::vector<Nodes> nodes_after(double dt, const Eigen::VectorXd& v) const;
+
+    // reactions.cpp
+    Nodes holding_impulses(int index, const Nodes& w, const Eigen::VectorXd& impulses);
+    void add_holding_reactions(const StepPart& part, int index, const Nodes& x);
+    void add_contact_reactions(const StepPart& part, std::span<const PairImpulse> pairs);
 
     // linearisation.cpp
     void start_driving(double dt);
@@ -321,6 +335,7 @@ class World {
     FrictionMemory friction_memory_;
     std::vector<Contact> contacts_;  // of solver_
     ContactSolver solver_;
+    ReactionSums reactions_;            // of the step
     std::unique_ptr<Barrier> barrier_;  // null: not asked for yet
     bool start_is_checked_ = false;
     double time_ = 0;

@@ -44,6 +44,7 @@ void World::take_step(double dt, WorldReport& report) {
     check_start();
     start_driving(dt);
     for (Body& body : bodies_) body.contact_forces.setZero();
+    reactions_.clear();
     const PartStart start = part_start();
     try {
         take_parts(dt, start, report);
@@ -113,7 +114,7 @@ void World::tell_trouble(WorldReport& report) const {
 }
 
 World::PartStart World::part_start() const {
-    PartStart start{.snapshot = snapshot(), .contact_forces = {}, .energies = {}};
+    PartStart start{.snapshot = snapshot(), .contact_forces = {}, .energies = {}, .reactions = reactions_};
     for (const Body& body : bodies_) {
         start.contact_forces.push_back(body.contact_forces);
         start.energies.push_back(body.energy);
@@ -123,6 +124,7 @@ World::PartStart World::part_start() const {
 
 void World::take_back(const PartStart& start) {
     reset(start.snapshot);
+    reactions_ = start.reactions;
     for (int b = 0; b < body_count(); ++b) {
         at(b).contact_forces = start.contact_forces[b];
         at(b).energy = start.energies[b];
@@ -172,19 +174,27 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
         inertia.emplace_back();
         if (!is_held(body)) inertia.back() = factor * lasting * rigid_inertia(*body.elastic, body.state.x);
     }
+    std::vector<Eigen::Vector3d> more;  // impulses of the response
     if (is_solved) {
         // Where a step is long for contacts, momentum that is given without them would grow from step to
         // step.
         BodyPositions now{.x = nodes_now(), .centres = {}};
         for (const Body& body : bodies_) now.centres.push_back(centre_of_mass(*body.elastic, body.state.x));
-        const ContactSolver::RigidResponse response = solver_.response(v, missing, inertia, now);
+        ContactSolver::RigidResponse response = solver_.response(v, missing, inertia, now);
         impulses += response.impulses;
+        more = std::move(response.of_contacts);
+        for (int b = 0; b < body_count(); ++b)  // what holds a body lets it get no momentum of these
+            if (const Eigen::Index held = at(b).holding.rows(); held > 0)
+                at(b).holding.rowwise() -=
+                    body_part(b, response.impulses).colwise().sum() / (factor * static_cast<double>(held));
         for (int b = 0; b < body_count(); ++b)
             add_motion(*at(b).elastic, factor * response.motions[b], at(b).state);
     } else {
         // What did not balance the motion is no force of the body.
         for (Body& body : bodies_) body.inner_forces.resize(0, 3);
     }
+    for (int b = 0; b < body_count(); ++b) add_holding_reactions(part, b, middles.x[b]);
+    add_contact_reactions(part, solver_.pair_impulses(v, more, middles));
     for (int b = 0; b < body_count(); ++b)
         at(b).contact_forces += part.share / (factor * dt) * body_part(b, impulses);
     for (int b = 0; b < body_count(); ++b) at(b).energy = energies[b];

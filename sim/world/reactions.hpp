@@ -1,0 +1,44 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <map>
+#include <vector>
+
+namespace nbd {
+
+/// What exerts a force on a body.
+enum class ReactionBy {
+    grip,      // pins among them
+    driven,    // what drives nodes, see World::drive()
+    obstacle,  // by contact and friction
+    body,      // likewise, another body
+};
+
+/// A force on a body, a mean over a step: its impulses in the step, over the length of the step. In a step of
+/// second order these are what the support or the contact adds to the motion in this step; what elasticity
+/// still makes of it in the next ones is not theirs. So the reactions on a body, its weight and its outer
+/// forces, times the length of the step, sum to its change of momentum in every step, but for damping by
+/// mass.
+struct Reaction {
+    int body = 0;  // on which it acts
+    ReactionBy by = ReactionBy::grip;
+    int number = 0;  // of the grip among those of the body, of the obstacle, or of the other body
+    Eigen::Vector3d force = Eigen::Vector3d::Zero();   // N
+    Eigen::Vector3d torque = Eigen::Vector3d::Zero();  // about the origin, N m
+};
+
+/// The reactions of a step, as its parts add them.
+class ReactionSums {
+ public:
+    void add(int body, ReactionBy by, int number, const Eigen::Vector3d& force,
+             const Eigen::Vector3d& torque);
+    void clear() { sums_.clear(); }
+    /// By body, then as ReactionBy, then by number.
+    std::vector<Reaction> all() const;
+
+ private:
+    std::map<std::array<int, 3>, Reaction> sums_;
+};
+
+}  // namespace nbd
