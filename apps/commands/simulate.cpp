@@ -1,5 +1,6 @@
 #include "apps/cli/option_checks.hpp"
 #include "apps/commands/commands.hpp"
+#include "apps/simulate/reaction_table.hpp"
 #include "apps/simulate/run_loop.hpp"
 
 namespace nbd {
@@ -28,6 +29,10 @@ void add_outputs(CLI::App& command, SceneOutput& output) {
                        "Recording to write, one trajectory per body; needed unless the scene names one");
     command.add_option("--csv", output.csv,
                        "File with one line per step (CSV): contacts, iterations, costs, energies");
+    command.add_option(
+        "--reactions", output.reactions,
+        "File with the forces and torques of pins, grips, obstacles and other bodies, a line for "
+        "each in every step (CSV)");
     command.add_option("--vtu", output.vtu, "Folder for frames that ParaView opens (scene.pvd)");
     command.add_option("--obj", output.obj, "Folder for the bodies' surfaces, one file per frame and body");
     command.add_option("--picture", output.picture, "PNG file with six frames");
@@ -58,7 +63,9 @@ std::string columns() {
                             number.text);
     text += "\nand in the last step of a frame that --audit looks at:";
     for (const AuditNumber& number : audit_numbers) text += fmt::format("\n  {}", number.name);
-    return text;
+    return text +
+           fmt::format("\nColumns of --reactions, means over the step in N and N m about the origin:\n  {}",
+                       ReactionTable::columns);
 }
 
 void run(const SimulateOptions& options, Output& out) { RunLoop(options, out).run(); }

@@ -58,7 +58,8 @@ std::string as_typed(const std::string& name, const std::string& value) {
 
 /// Whether every output is there, and newer than all inputs.
 bool are_up_to_date(const SceneOutput& paths, const std::vector<std::filesystem::path>& inputs) {
-    for (const auto& output : {paths.recording, paths.csv, paths.vtu, paths.obj, paths.picture})
+    for (const auto& output :
+         {paths.recording, paths.csv, paths.reactions, paths.vtu, paths.obj, paths.picture})
         if (!output.empty() && !std::filesystem::exists(output)) return false;
     const auto written = std::filesystem::last_write_time(paths.recording);
     for (const std::filesystem::path& input : inputs)
@@ -125,7 +126,8 @@ SceneOutput output_paths(const SceneOutput& typed, const SceneOutput& scene, con
                 fmt::format("the working directory, but {} names it as output{}", scene_file, allow));
     }
     const std::filesystem::path folder = paths.recording.parent_path();
-    for (const auto part : {&SceneOutput::csv, &SceneOutput::vtu, &SceneOutput::obj, &SceneOutput::picture})
+    for (const auto part : {&SceneOutput::csv, &SceneOutput::reactions, &SceneOutput::vtu, &SceneOutput::obj,
+                            &SceneOutput::picture})
         if ((paths.*part).empty() && !(scene.*part).empty()) {
             paths.*part = folder / scene.*part;
             if (!outside)
@@ -140,6 +142,7 @@ std::vector<std::string> other_outputs(const SceneOutput& paths) {
     std::vector<std::string> lines;
     for (const auto& [path, content] :
          {std::pair(paths.csv, "table with one line per step"),
+          std::pair(paths.reactions, "table of forces, a line for each support in every step"),
           std::pair(paths.vtu, "folder of frames, which scene.pvd opens"),
           std::pair(paths.obj, "folder of surfaces, one file per frame and body"),
           std::pair(paths.picture, "picture of up to six frames")})
@@ -154,12 +157,17 @@ void check_outputs(const SceneOutput& paths, const std::vector<std::filesystem::
     check_distinct({{"recording", paths.recording},
                     {"journal", journal_path(paths)},
                     {"csv", paths.csv},
+                    {"reactions", paths.reactions},
                     {"picture", paths.picture},
                     {"vtu", paths.vtu}});
-    check_distinct(
-        {{"recording", paths.recording}, {"csv", paths.csv}, {"picture", paths.picture}, {"obj", paths.obj}});
+    check_distinct({{"recording", paths.recording},
+                    {"csv", paths.csv},
+                    {"reactions", paths.reactions},
+                    {"picture", paths.picture},
+                    {"obj", paths.obj}});
     for (const auto& [path, extension] :
-         {std::pair(paths.recording, ".h5"), std::pair(paths.csv, ".csv"), std::pair(paths.picture, ".png")})
+         {std::pair(paths.recording, ".h5"), std::pair(paths.csv, ".csv"), std::pair(paths.reactions, ".csv"),
+          std::pair(paths.picture, ".png")})
         if (!path.empty()) check_output(path, inputs, extension);
     check_replaced(paths.recording);
     for (const auto& folder : {paths.vtu, paths.obj})

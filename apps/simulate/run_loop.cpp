@@ -134,7 +134,7 @@ void RunLoop::begin(const std::vector<std::string>& body_hashes) {
         world_->restore(frame_.world);
         out_.text(fmt::format("{}: continues after frame {}", paths_.recording.string(), frame_.number));
     } else {
-        keep(0, {});
+        keep(0, {}, {});
     }
     if (page_) out_.announcement(fmt::format("{} shows the run", page_->url()));
     if (out_.strict && outputs_->table().totals().troubled_steps > 0)
@@ -146,14 +146,16 @@ void RunLoop::begin(const std::vector<std::string>& body_hashes) {
 void RunLoop::make_frame() {
     const int number = frame_.number + 1;
     std::vector<StepRow> steps;
+    std::vector<StepReactions> reactions;
     for (int step = 0; step < spec_.time.steps_per_frame && failure_.empty(); ++step) {
         const WorldReport report = world_->step(spec_.time.dt);
         steps.push_back({report, number});
+        reactions.push_back({number, report.time, world_->reactions()});
         note(report);
     }
-    if (!failure_.empty()) return outputs_->add_steps(steps);
+    if (!failure_.empty()) return outputs_->add_steps(steps, reactions);
     if (audit_ && number % options_.audit == 0) steps.back().audit = audit_->check(*world_);
-    keep(number, std::move(steps));
+    keep(number, std::move(steps), std::move(reactions));
     out_.progress("frames", number, spec_.time.frames);
 }
 
@@ -171,9 +173,9 @@ void RunLoop::note(const WorldReport& report) {
 }
 
 /// Passes a frame of the world to the journal, the outputs and the page.
-void RunLoop::keep(int number, std::vector<StepRow> steps) {
+void RunLoop::keep(int number, std::vector<StepRow> steps, std::vector<StepReactions> reactions) {
     const ScopedTimer timer(output_us_);
-    frame_ = take_frame(number, *world_, std::move(steps));
+    frame_ = take_frame(number, *world_, std::move(steps), std::move(reactions));
     journal_->append(to_bytes(frame_));
     outputs_->add_frame(frame_);
     if (page_) page_->add(frame_.number, frame_.world, frame_.contact_forces);

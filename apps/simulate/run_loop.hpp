@@ -50,7 +50,7 @@ class RunLoop {
     void begin(const std::vector<std::string>& body_hashes);
     void make_frame();
     void note(const WorldReport& report);
-    void keep(int number, std::vector<StepRow> steps);
+    void keep(int number, std::vector<StepRow> steps, std::vector<StepReactions> reactions);
     void end();
     void end_page(bool stopped);
     std::string how_to_continue() const;

@@ -29,6 +29,18 @@ class RecordWriter {
         (*this)(past.inner_forces);
         (*this)(past.held);
     }
+    void operator()(const Reaction& reaction) {
+        (*this)(reaction.body);
+        (*this)(reaction.by);
+        (*this)(reaction.number);
+        (*this)(reaction.force);
+        (*this)(reaction.torque);
+    }
+    void operator()(const StepReactions& step) {
+        (*this)(step.frame);
+        (*this)(step.time);
+        (*this)(step.all);
+    }
     template <class T>
     void operator()(const std::vector<T>& values) {
         (*this)(values.size());
@@ -66,6 +78,18 @@ class RecordReader {
         (*this)(past.v);
         (*this)(past.inner_forces);
         (*this)(past.held);
+    }
+    void operator()(Reaction& reaction) {
+        (*this)(reaction.body);
+        (*this)(reaction.by);
+        (*this)(reaction.number);
+        (*this)(reaction.force);
+        (*this)(reaction.torque);
+    }
+    void operator()(StepReactions& step) {
+        (*this)(step.frame);
+        (*this)(step.time);
+        (*this)(step.all);
     }
     template <class T>
     void operator()(std::vector<T>& values) {
@@ -106,13 +130,18 @@ void pass(Archive& archive, Frame& frame) {
     archive(world.stretches.ways);
     archive(frame.contact_forces);
     archive(frame.steps);
+    archive(frame.reactions);
 }
 
 }  // namespace
 
-SimulationFrame take_frame(int number, const World& world, std::vector<StepRow> steps) {
-    SimulationFrame frame{
-        .number = number, .world = world.snapshot(), .contact_forces = {}, .steps = std::move(steps)};
+SimulationFrame take_frame(int number, const World& world, std::vector<StepRow> steps,
+                           std::vector<StepReactions> reactions) {
+    SimulationFrame frame{.number = number,
+                          .world = world.snapshot(),
+                          .contact_forces = {},
+                          .steps = std::move(steps),
+                          .reactions = std::move(reactions)};
     for (int b = 0; b < world.body_count(); ++b) frame.contact_forces.push_back(world.contact_forces(b));
     return frame;
 }

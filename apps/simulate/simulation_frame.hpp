@@ -4,6 +4,7 @@
 #include <string_view>
 #include <vector>
 
+#include "apps/simulate/reaction_table.hpp"
 #include "apps/simulate/step_table.hpp"
 #include "sim/world/world.hpp"
 
@@ -14,12 +15,14 @@ namespace nbd {
 struct SimulationFrame {
     int number = 0;  // 0: the start
     WorldSnapshot world;
-    std::vector<Nodes> contact_forces;  // [bodies] in the frame's last step, N
-    std::vector<StepRow> steps;         // since the previous frame
+    std::vector<Nodes> contact_forces;     // [bodies] in the frame's last step, N
+    std::vector<StepRow> steps;            // since the previous frame
+    std::vector<StepReactions> reactions;  // of these steps
 };
 
-/// Captures the current world. steps: since the previous frame.
-SimulationFrame take_frame(int number, const World& world, std::vector<StepRow> steps);
+/// Captures the current world. steps, reactions: since the previous frame.
+SimulationFrame take_frame(int number, const World& world, std::vector<StepRow> steps,
+                           std::vector<StepReactions> reactions);
 
 /// Serialises a frame; only the same program can read the bytes.
 std::string to_bytes(const SimulationFrame& frame);

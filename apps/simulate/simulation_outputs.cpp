@@ -69,6 +69,7 @@ SimulationOutputs::SimulationOutputs(const SceneOutput& paths, const SceneSpec& 
       extras_(extras.of_frames),
       film_(spec, world.obstacles(), 6),
       table_(paths.csv.empty() ? StepTable() : StepTable(paths.csv)) {
+    if (!paths.reactions.empty()) reactions_.emplace(paths.reactions, spec);
     if (!extras.scene_file.empty())
         recording_.label(scene_file_label, relative_to(paths.recording, extras.scene_file));
     if (!extras.options.empty()) recording_.label(run_options_label, extras.options);
@@ -97,8 +98,14 @@ SimulationOutputs::SimulationOutputs(const SceneOutput& paths, const SceneSpec& 
     }
 }
 
+void SimulationOutputs::add_steps(const std::vector<StepRow>& steps,
+                                  const std::vector<StepReactions>& reactions) {
+    table_.add(steps);
+    if (reactions_) reactions_->add(reactions);
+}
+
 void SimulationOutputs::add_frame(const SimulationFrame& frame) {
-    table_.add(frame.steps);
+    add_steps(frame.steps, frame.reactions);
     add_to_recording(frame);
     if (vtu_) add_vtu(frame);
     if (!paths_.obj.empty() || (!paths_.picture.empty() && film_.wants(frame.number))) add_surfaces(frame);
@@ -167,6 +174,7 @@ void SimulationOutputs::finish(const std::string& failure) {
     for (const int handle : handles_) recording_.end_trajectory(handle, failure, {.troubled = troubled_});
     recording_.finish();
     table_.finish();
+    if (reactions_) reactions_->finish();
     if (!paths_.picture.empty()) film_.write(paths_.picture);
 }
 

@@ -34,7 +34,7 @@ std::string body_file_name(std::size_t body, std::string name);
 /// same files, whether they were just simulated or read from a journal.
 class SimulationOutputs {
  public:
-    /// paths: of the outputs; empty ones are not written. world: at the start; read during calls, must
+    /// paths: of the outputs; empty ones are not written. spec, world: at the start; read during calls, must
     /// outlive this object. body_hashes: one per body. Removes temporary files that killed runs left at these
     /// paths.
     SimulationOutputs(const SceneOutput& paths, const SceneSpec& spec, const World& world,
@@ -43,7 +43,7 @@ class SimulationOutputs {
     /// Adds a frame. Call in order, starting with frame 0.
     void add_frame(const SimulationFrame& frame);
     /// Adds steps after the last frame that did not complete another frame.
-    void add_steps(const std::vector<StepRow>& steps) { table_.add(steps); }
+    void add_steps(const std::vector<StepRow>& steps, const std::vector<StepReactions>& reactions);
     /// Writes and closes the files. failure: why the simulation ended early; empty if it did not.
     void finish(const std::string& failure);
 
@@ -69,6 +69,7 @@ class SimulationOutputs {
     std::optional<VtuSeries> vtu_;
     Film film_;
     StepTable table_;
+    std::optional<ReactionTable> reactions_;  // if it is asked for
 };
 
 }  // namespace nbd

@@ -88,6 +88,7 @@ SceneOutput read_output(JsonObject from) {
     SceneOutput output;
     output.recording = read_file_path(from, "recording", ".h5");
     output.csv = read_file_path(from, "csv", ".csv");
+    output.reactions = read_file_path(from, "reactions", ".csv");
     output.vtu = read_path(from, "vtu", "");
     output.obj = read_path(from, "obj", "");
     output.picture = read_file_path(from, "picture", ".png");

@@ -106,7 +106,7 @@ struct SceneTime {
 /// Output files of a run; an empty path is not written. The recording is relative to the working directory,
 /// the others are relative to the recording's folder.
 struct SceneOutput {
-    std::filesystem::path recording, csv, vtu, obj, picture;
+    std::filesystem::path recording, csv, reactions, vtu, obj, picture;
 };
 
 /// A scene as described by its JSON text, with paths joined to the base folder. Nothing is loaded yet.

@@ -39,7 +39,7 @@ class ResumeTest : public SmallFiles {
                  "angular_velocity": [0, 3, 0]}],
             "obstacles": [{"plane": {}}],
             "time": {"dt": 0.002, "frames": 12, "steps_per_frame": 5},
-            "output": {"csv": "run.csv", "vtu": "frames", "obj": "frames"}})");
+            "output": {"csv": "run.csv", "reactions": "forces.csv", "vtu": "frames", "obj": "frames"}})");
         simulate("whole", "");
     }
 
@@ -55,7 +55,9 @@ class ResumeTest : public SmallFiles {
     /// Expects the files of the uninterrupted run, bit for bit except for measured times.
     static void expect_whole(const std::string& where) {
         const fs::path whole = folder() / "whole", other = folder() / where;
-        ASSERT_EQ(listing(other), (std::set<std::string>{"run.h5", "run.csv", "frames"}));
+        ASSERT_EQ(listing(other), (std::set<std::string>{"run.h5", "run.csv", "forces.csv", "frames"}));
+        ASSERT_GT(lines(read_bytes(whole / "forces.csv")).size(), 20u);
+        EXPECT_EQ(read_bytes(other / "forces.csv"), read_bytes(whole / "forces.csv"));
         ASSERT_EQ(listing(other / "frames"), listing(whole / "frames"));
         ASSERT_EQ(listing(whole / "frames").size(), 3u * 13 + 1);
         EXPECT_TRUE(read_bytes(other / "run.h5") == read_bytes(whole / "run.h5"));

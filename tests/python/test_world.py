@@ -244,3 +244,47 @@ def test_steps_keep_bodies_apart(beam):
     assert world.intersecting_faces() == []
     assert 0 < min(distances) < np.inf
     assert 0 < len(world.within(0, 1, 0.02)) < len(world.within(0, 1, 0.1))
+
+
+def test_reactions_hold_what_is_pinned_and_pressed(beam):
+    bodies = [
+        {"body": beam, "name": "held", "pins": [{"box": {"min": [-9, -9, -9], "max": [-0.45, 9, 9]}}]},
+        {"body": beam, "name": "free", "transform": {"translate": [0, 3, 0.3]}},
+    ]
+    floor = {"name": "floor", "plane": {"point": [0, 0, -9]}}
+    bodies[1]["transform"]["translate"][2] = -8.6
+    world = nbd.World({"bodies": bodies, "obstacles": [floor]})
+    assert world.reactions() == []
+    g = np.array([0, 0, -9.81])
+    momentum = [world.masses(b) @ world.velocities(b) for b in (0, 1)]
+    impulse = [np.zeros(3), np.zeros(3)]
+    kinds = set()
+    for _ in range(80):
+        assert world.step(0.005).failure == ""
+        for b in (0, 1):
+            drag = 0.1 * world.masses(b) @ world.velocities(b)  # damping by mass
+            impulse[b] += 0.005 * (world.masses(b).sum() * g - drag)
+        for r in world.reactions():
+            impulse[r.body] += 0.005 * r.force
+            kinds.add((r.kind, r.name, r.body))
+    assert ("grip", "pins[0]", 0) in kinds and ("obstacle", "floor", 1) in kinds
+    for b in (0, 1):
+        change = world.masses(b) @ world.velocities(b) - momentum[b]
+        scale = 0.4 * 9.81 * world.masses(b).sum()
+        assert np.abs(change - impulse[b]).max() < 1e-3 * scale
+
+
+def test_rules_for_pairs(beam):
+    world = nbd.World(falling_beams(beam, 0.4))
+    world.set_pair(0, 1, meet=False)
+    world.set_pair(0, obstacle=0, friction=0.2)
+    assert sum(not world.step().failure == "" for _ in range(120)) == 0
+    assert all(r.kind == "obstacle" for r in world.reactions())
+    with refused(ValueError, "one of other and obstacle"):
+        world.set_pair(0)
+    with refused(ValueError, "obstacle 7"):
+        world.set_pair(0, obstacle=7)
+    with refused(ValueError, "friction is -1"):
+        world.set_pair(0, 0, friction=-1)
+    with refused(IndexError, "body: is 2"):
+        world.set_pair(0, 2)

@@ -15,8 +15,8 @@
 #include "apps/python/bindings/arrays.hpp"
 #include "apps/python/bindings/bindings.hpp"
 #include "apps/python/bindings/long_call.hpp"
-#include "apps/python/bindings/shared_tree.hpp"
 #include "apps/python/bindings/typed.hpp"
+#include "apps/python/bindings/world_object.hpp"
 #include "collision/base/notice.hpp"
 #include "meshing/body/body.hpp"
 #include "sim/scene/scene.hpp"
@@ -58,12 +58,6 @@ void check_tree(const LoadedBody& body, std::size_t number) {
         throw std::invalid_argument(
             fmt::format("bodies[{}].tree: is of another surface than the body", number));
 }
-
-/// A scene as Python gives it: a path, or a dictionary whose bodies may name objects instead of files.
-struct GivenScene {
-    SceneSpec spec;
-    std::vector<LoadedBody> bodies;  // null pointers: from files
-};
 
 /// folder: of relative paths in a dictionary; None: the current one. Throws what load_scene() throws, and
 /// std::invalid_argument for anything else.
@@ -116,34 +110,6 @@ void load_bodies(GivenScene& given) {
     }
     make_trees(given.spec, given.bodies);
 }
-
-/// A world, with the scene that it was built from.
-struct WorldObject {
-    explicit WorldObject(GivenScene given)
-        : scene(std::move(given.spec)),
-          bodies(std::move(given.bodies)),
-          world(build_world(scene, bodies, &moves)) {}
-
-    operator Lockable&() { return *posing; }
-    /// The body's number. Throws IndexError if it is out of range.
-    int checked(int body) const {
-        if (body < 0 || body >= world.body_count())
-            throw py::index_error(fmt::format("body: is {}; allowed: 0..{}", body, world.body_count() - 1));
-        return body;
-    }
-    /// The world, which is in use; poses that refer to it end.
-    World& change() {
-        ++posing->changes;
-        return world;
-    }
-
-    SceneSpec scene;
-    std::vector<LoadedBody> bodies;
-    std::vector<StartMove> moves;  // of the scene's resolve_start
-    World world;
-    std::shared_ptr<PosingWorld> posing = std::make_shared<PosingWorld>();
-};
-using UsedWorld = Used<WorldObject>;
 
 /// Warns of what may make the motion wrong.
 void tell(WorldObject& object) {
@@ -367,6 +333,7 @@ void bind_worlds(py::module_& m) {
         .def("__len__", [](const WorldObject& self) { return self.world.body_count(); });
     bind_state(world);
     bind_queries_of_world(world);
+    bind_reactions(m, world);
 }
 
 }  // namespace nbd::python

@@ -52,7 +52,7 @@ const std::string full = R"({
               {"body": "first", "obstacle": "floor", "friction": 0.2}, {"body": "b", "obstacle": "obstacles[1]", "meet": false}]},
   "solver": {"integrator": "backward_euler", "tangent": "full", "newton_iterations": 3, "newton_tolerance": 0.01, "max_substeps": 4},
   "time": {"dt": 0.01, "frames": 7, "steps_per_frame": 3},
-  "output": {"recording": "out/a.h5", "csv": "a.csv", "vtu": "frames", "obj": "frames", "picture": "a.png"},
+  "output": {"recording": "out/a.h5", "csv": "a.csv", "reactions": "forces.csv", "vtu": "frames", "obj": "frames", "picture": "a.png"},
   "seed": 42
 })";
 
@@ -130,6 +130,7 @@ TEST(Scene, ReadsEveryKey) {
     EXPECT_EQ(spec.time.steps_per_frame, 3);
     EXPECT_EQ(spec.output.recording, std::filesystem::path("out/a.h5"));
     EXPECT_EQ(spec.output.csv, std::filesystem::path("a.csv"));
+    EXPECT_EQ(spec.output.reactions, std::filesystem::path("forces.csv"));
     EXPECT_EQ(spec.output.vtu, std::filesystem::path("frames"));
     EXPECT_EQ(spec.output.obj, std::filesystem::path("frames"));
     EXPECT_EQ(spec.output.picture, std::filesystem::path("a.png"));
