@@ -209,6 +209,26 @@ Eigen::Vector3d JsonObject::vector(const std::string& key, const Eigen::Vector3d
     return fallback;
 }
 
+std::vector<std::pair<double, double>> JsonObject::number_pairs(const std::string& key) {
+    const nlohmann::json* entry = find({.object = {}, .key = key, .type = "array"});
+    if (!entry) return {};
+    std::vector<std::pair<double, double>> pairs;
+    const auto is_pair = [](const nlohmann::json& pair) {
+        return pair.is_array() && pair.size() == 2 && pair[0].is_number() && pair[1].is_number();
+    };
+    if (!entry->is_array() || entry->empty() || !std::ranges::all_of(*entry, is_pair)) {
+        problem(key, fmt::format("must be pairs of numbers, not {}", shown(*entry)));
+        return {};
+    }
+    for (const auto& pair : *entry) pairs.emplace_back(pair[0].get<double>(), pair[1].get<double>());
+    return pairs;
+}
+
+bool JsonObject::holds_objects(const std::string& key) {
+    const nlohmann::json* entry = find(key);
+    return entry && entry->is_array() && !entry->empty() && entry->front().is_object();
+}
+
 JsonObject JsonObject::object(const std::string& key) {
     const nlohmann::json* entry = find({.object = {}, .key = key, .type = "object"});
     return {entry ? *entry : empty_object, path(key), reading_};

@@ -71,6 +71,10 @@ class JsonObject {
                        std::string_view (*instead_of)(std::string_view) noexcept = nullptr);
     /// Three finite numbers.
     Eigen::Vector3d vector(const std::string& key, const Eigen::Vector3d& fallback);
+    /// An array of pairs of finite numbers; none if the key is missing or after a problem.
+    std::vector<std::pair<double, double>> number_pairs(const std::string& key);
+    /// Whether the value is an array of one object or more, for keys that take several forms.
+    bool holds_objects(const std::string& key);
     /// The object at a key; an object without keys if the key is missing.
     JsonObject object(const std::string& key);
     /// The objects of an array; none if the key is missing.

@@ -49,6 +49,27 @@ Grip take_nodes(const SceneGrip& from, const Nodes& x) {
     return grip;
 }
 
+/// The load on the part of a body in its region, as the body is placed.
+BodyLoad take_part(const SceneLoad& from, const WorldBody& body) {
+    const auto refuse = [&](const char* what) {
+        throw std::invalid_argument(fmt::format("{}: {}", from.key, what));
+    };
+    BodyLoad load = from.load;
+    if (load.kind == LoadKind::pressure) {
+        if (!from.region) return load;
+        const Nodes x = embedded(body.W, body.state.x);
+        std::vector<char> is_in(x.rows(), 0);
+        for (const int vertex : nodes_in(*from.region, x)) is_in[vertex] = 1;
+        for (int f = 0; f < body.F.rows(); ++f)
+            if (is_in[body.F(f, 0)] && is_in[body.F(f, 1)] && is_in[body.F(f, 2)]) load.faces.push_back(f);
+        if (load.faces.empty()) refuse("the region holds no face of the body's surface");
+        return load;
+    }
+    if (from.region) load.nodes = nodes_in(*from.region, body.state.x);
+    if (from.region && load.nodes.empty()) refuse("the region holds no node of the body");
+    return load;
+}
+
 /// Tetrahedra whose centres lie in a region, ascending.
 std::vector<int> tets_in(const Region& region, const Nodes& x, const Tets& T) {
     Nodes centres(T.rows(), 3);
@@ -136,6 +157,20 @@ std::vector<int> nodes_in(const Region& region, NodesRef x) {
     return nodes;
 }
 
+void check_loads(const SceneBody& spec, const WorldBody& body) {
+    std::vector<char> is_held(body.state.x.rows(), 0);
+    for (const Grip& grip : body.grips)
+        if (grip.release == std::numeric_limits<double>::infinity())
+            for (const int node : grip.nodes) is_held[node] = 1;
+    for (std::size_t k = 0; k < spec.loads.size(); ++k) {
+        const std::vector<int>& nodes = body.loads[k].nodes;
+        if (!nodes.empty() && std::ranges::all_of(nodes, [&](int node) { return is_held[node] != 0; }))
+            throw std::invalid_argument(fmt::format(
+                "{}: pins or grips hold all that it acts on, so it moves nothing; widen its region",
+                spec.loads[k].key));
+    }
+}
+
 std::shared_ptr<const CollisionTree> scene_tree(const SceneBody& spec, const LoadedBody& loaded) {
     const Body& body = *loaded.body;
     const bool hangs = reads_nodes(spec.bounds);
@@ -193,6 +228,8 @@ WorldBody make_world_body(const SceneBody& spec, const LoadedBody& loaded,
     result.state.x = placed(body.tets.X, spec.placement);
     result.state.v = rigid_velocities(*result.elastic, result.state.x, spec);
     for (const SceneGrip& grip : spec.grips) result.grips.push_back(take_nodes(grip, result.state.x));
+    for (const SceneLoad& load : spec.loads) result.loads.push_back(take_part(load, result));
+    check_loads(spec, result);
     return result;
 }
 
@@ -235,6 +272,8 @@ SceneSpec local_scene(SceneSpec spec, std::span<const LoadedBody> bodies,
         body.placement.translate -= origin;
         for (SceneMaterialRegion& region : body.regions)
             if (region.group.empty()) move(region.where, -origin);
+        for (SceneLoad& load : body.loads)
+            if (load.region) move(*load.region, -origin);
         for (SceneGrip& grip : body.grips) {
             move(grip.region, -origin);
             grip.motion.centre -= origin;
@@ -249,8 +288,11 @@ World build_world(const SceneSpec& given, std::span<const LoadedBody> bodies, st
         throw std::invalid_argument(
             fmt::format("scene: it has {} bodies, but {} were loaded", given.bodies.size(), bodies.size()));
     const SceneSpec spec = local_scene(given, bodies);
-    World world(
-        {.gravity = spec.gravity, .contact = spec.contact, .step = spec.step, .origin = *spec.origin});
+    World world({.gravity = spec.gravity,
+                 .gravity_keys = spec.gravity_keys,
+                 .contact = spec.contact,
+                 .step = spec.step,
+                 .origin = *spec.origin});
     std::vector<std::shared_ptr<const ElasticBody>> elastic(bodies.size());
     std::vector<BodyMaterials> materials(bodies.size());
     for (std::size_t b = 0; b < bodies.size(); ++b)

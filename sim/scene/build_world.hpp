@@ -27,10 +27,15 @@ BodyMaterials scene_materials(const SceneBody& spec, const LoadedBody& loaded);
 std::shared_ptr<const ElasticBody> scene_elastic(const SceneBody& spec, const LoadedBody& loaded,
                                                  const BodyMaterials& materials);
 
-/// Makes a body for a world: placed, with its velocities and grips. elastic: from scene_elastic(). Throws
-/// std::invalid_argument for inconsistent data; a message about a grip starts with its JSON path.
+/// Makes a body for a world: placed, with its velocities, grips and loads. elastic: from scene_elastic().
+/// Throws std::invalid_argument for inconsistent data; a message about a grip or a load starts with its JSON
+/// path.
 WorldBody make_world_body(const SceneBody& spec, const LoadedBody& loaded,
                           std::shared_ptr<const ElasticBody> elastic);
+
+/// Throws std::invalid_argument, with the load's JSON path, for a load on what grips hold for ever. body:
+/// with the scene's loads and its grips.
+void check_loads(const SceneBody& spec, const WorldBody& body);
 
 /// Makes an obstacle; reads its mesh if it has one, and turns its faces outward where they are not, with a
 /// notice(). Throws std::invalid_argument or std::runtime_error if the mesh cannot be used.

@@ -128,6 +128,7 @@ SceneBody read_body(JsonObject& from, const std::filesystem::path& base) {
         body.grips.push_back(std::move(held));
     }
     for (JsonObject& grip : from.objects("grips")) body.grips.push_back(read_grip(grip));
+    for (JsonObject& load : from.objects("loads")) body.loads.push_back(read_load(load));
     from.finish();
     return body;
 }

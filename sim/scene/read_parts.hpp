@@ -32,6 +32,11 @@ std::filesystem::path read_path(JsonObject& from, const std::string& key, const 
 SceneBody read_body(JsonObject& from, const std::filesystem::path& base);
 SceneObstacle read_obstacle(JsonObject& from, const std::filesystem::path& base);
 
+SceneLoad read_load(JsonObject& from);
+
+/// Reads `gravity`, a vector or keyframes of it.
+void read_gravity(JsonObject& from, SceneSpec& spec);
+
 /// The rules `pairs` of `contact`. spec: with its bodies and obstacles.
 std::vector<ScenePair> read_pairs(JsonObject& contact, const SceneSpec& spec);
 

@@ -122,7 +122,7 @@ SceneReading read_scene(std::string_view text, const std::filesystem::path& base
         spec.obstacles.push_back(read_obstacle(obstacle, base));
         result.obstacle_is_good.push_back(reading.problems.size() == before);
     }
-    spec.gravity = from.vector("gravity", spec.gravity);
+    read_gravity(from, spec);
     spec.contact = read_contact(from.object("contact"), spec);
     spec.step = read_solver(from.object("solver"));
     spec.time = read_time(from.object("time"));

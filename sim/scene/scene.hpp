@@ -40,6 +40,13 @@ struct SceneGrip {
     Grip motion;  // without nodes
 };
 
+/// A load on a body, or on the part of it in a region.
+struct SceneLoad {
+    std::string key;                 // "loads[1]", for messages
+    std::optional<Region> region{};  // none: the whole body
+    BodyLoad load;                   // without nodes and faces
+};
+
 /// A part of a body with a material of its own: a region of the body file, or the tetrahedra whose centres
 /// lie in a region of space.
 struct SceneMaterialRegion {
@@ -81,6 +88,7 @@ struct SceneBody {
     MaterialChange material;  // outside of the body's regions; its damping holds in these too
     std::vector<SceneMaterialRegion> regions;
     std::vector<SceneGrip> grips;
+    std::vector<SceneLoad> loads;
 };
 
 struct SceneObstacle {
@@ -116,7 +124,8 @@ struct SceneSpec {
     std::optional<Eigen::Vector3d> origin{};
     std::vector<SceneBody> bodies;
     std::vector<SceneObstacle> obstacles;
-    Eigen::Vector3d gravity{0, 0, -9.81};
+    Eigen::Vector3d gravity{0, 0, -9.81};  // the first one of gravity_keys if there are any
+    Keyed<Eigen::Vector3d> gravity_keys;
     ContactConfig contact;
     std::vector<ScenePair> pairs;
     bool resolve_start = false;  // whether bodies that intersect at the start are moved apart

@@ -126,7 +126,7 @@ class SceneCheck {
         : reading_(reading),
           bodies_(bodies),
           spec_(local_scene(reading.spec, bodies)),
-          world_({.gravity = spec_.gravity, .contact = spec_.contact}) {}
+          world_({.gravity = spec_.gravity, .gravity_keys = spec_.gravity_keys, .contact = spec_.contact}) {}
 
     SceneFindings run() {
         for (std::size_t b = 0; b < bodies_.size(); ++b)
@@ -148,6 +148,7 @@ class SceneCheck {
                 make_world_body(spec, bodies_[number],
                                 scene_elastic(spec, bodies_[number], scene_materials(spec, bodies_[number])));
             body.grips = checked_grips(number, grips, body.state.x);
+            check_loads(spec, body);
             world_.add_body(std::move(body));
             labels_.push_back(label);
             party_in_world_[number] = world_.body_count() - 1;

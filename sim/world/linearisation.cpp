@@ -58,9 +58,10 @@ Eigen::VectorXd World::stacked(Nodes (World::*velocities)(const Body&) const,
 /// iterate: velocities to linearise at; null: as the bodies went before the step.
 void World::build_systems(const std::vector<PrescribedNodes>& given, const Eigen::VectorXd* iterate) {
     for (int b = 0; b < body_count(); ++b) {
-        const Body& body = at(b);
-        systems_[b].assemble(body.start, step_, loads(body),
-                             iterate ? body_part(b, *iterate) : first_iterate(body), config_.step.tangent);
+        Body& body = at(b);
+        const Nodes w = iterate ? body_part(b, *iterate) : first_iterate(body);
+        set_end_forces(body, body.start.x + step_.dt * w);
+        systems_[b].assemble(body.start, step_, end_loads(body), w, config_.step.tangent);
     }
     for (std::size_t b = 0; b < bodies_.size(); ++b) systems_[b].prescribe(given[b]);
 }
@@ -73,7 +74,8 @@ double World::residual(const Eigen::VectorXd& v) {
     Eigen::VectorXd off = -solver_.impulses(v), rounding = Eigen::VectorXd::Zero(v.size());
     for (int b = 0; b < body_count(); ++b) {
         const StepSystem& system = systems_[b];
-        const Loads outer = loads(at(b));
+        set_end_forces(at(b), at(b).start.x + step_.dt * body_part(b, v));
+        const Loads outer = end_loads(at(b));
         const Nodes own = StepPotential(*at(b).elastic, at(b).start, step_, outer, system.elements())
                               .gradient(body_part(b, v));
         Eigen::Map<Nodes>(off.data() + first_unknown_[b], own.rows(), 3) += own;

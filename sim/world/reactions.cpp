@@ -31,7 +31,7 @@ Nodes World::holding_impulses(int index, const Nodes& w, const Eigen::VectorXd& 
     const std::vector<int> nodes = prescribed(body, step_.dt).nodes;
     Nodes holding;
     if (config_.step.newton_iterations > 1) {
-        const Loads outer = loads(body);
+        const Loads outer = end_loads(body);
         holding = StepPotential(*body.elastic, body.start, step_, outer, systems_[index].elements())
                       .gradient(w)(nodes, Eigen::all);
     } else {

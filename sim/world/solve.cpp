@@ -221,9 +221,11 @@ double World::search_line(const Eigen::VectorXd& v, const Eigen::VectorXd& to, d
         const Eigen::VectorXd at_s = v + s * (to - v);
         std::vector<double> terms{barrier().energy(s), solver_.friction_potential(at_s, to)};
         for (int b = 0; b < body_count() && std::isfinite(terms.front()); ++b) {
-            const Loads outer = loads(at(b));
+            const Loads outer = end_loads(at(b));
+            const Nodes w = body_part(b, v), w_at_s = body_part(b, at_s);
             terms.push_back(StepPotential(*at(b).elastic, at(b).start, step_, outer, systems_[b].elements())
-                                .value(body_part(b, at_s)));
+                                .value(w_at_s));
+            terms.push_back(excess_work(at(b), w, w_at_s));
         }
         return terms;
     };

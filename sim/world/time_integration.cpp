@@ -32,19 +32,21 @@ void World::choose_steps(double dt) {
         measure_inner_forces(body, dt);
     }
     step_ = dt;
-    if (config_.step.integrator == TimeIntegrator::backward_euler) return;
+    if (config_.step.integrator == TimeIntegrator::backward_euler)
+        return begin_outer_forces(TwoStepWeights(1));
     step_ = {dt, 1 / TwoStepWeights::end};
     const bool is_known =
         std::ranges::all_of(bodies_, [](const Body& body) { return body.before.has_value(); });
     knows_last_ = is_known && dt <= most_growth * dt_before_;
     const TwoStepWeights weights(knows_last_ ? dt / dt_before_ : 1);
+    begin_outer_forces(weights);
     for (Body& body : bodies_) {
         const Nodes& v_before = knows_last_ ? body.before->v : body.state.v;
         const Nodes& forces_before = knows_last_ ? body.before->inner_forces : body.inner_forces;
         body.start.x += dt * (weights.now * body.state.v + weights.before * v_before);
         body.start.impulses = dt * (weights.now * body.inner_forces + weights.before * forces_before +
-                                    (1 - weights.end) * body.forces);
-        body.start.v.rowwise() += (1 - weights.end) * dt * config_.gravity.transpose();
+                                    (1 - weights.end) * body.outer_before);
+        body.start.v.rowwise() += (1 - weights.end) * dt * gravity_before_.transpose();
     }
 }
 
@@ -85,8 +87,8 @@ Nodes World::likely_velocities(const Body& body) const {
         return ((1 + growth) * body.state.v - growth * body.before->v) / step_.velocity_factor;
     }
     if (is_held(body)) return first_iterate(body);
-    const Nodes gain = dt * (body.elastic->node_masses().cwiseInverse().asDiagonal() * body.forces);
-    return ((body.state.v + gain).rowwise() + dt * config_.gravity.transpose()) /
+    const Nodes gain = dt * (body.elastic->node_masses().cwiseInverse().asDiagonal() * body.outer_before);
+    return ((body.state.v + gain).rowwise() + dt * gravity_before_.transpose()) /
            (step_.velocity_factor * (1 + dt * body.elastic->material().rayleigh_mass));
 }
 
@@ -116,8 +118,10 @@ Momentum World::end_momentum(const Body& body, NodesRef x, const Momentum& conta
     const auto [dt, factor] = step_;
     const double begun = dt * (1 - 1 / factor);
     Momentum momentum = momentum_of(elastic, body.state);
-    const Momentum first = outer_load(elastic, body.state.x, loads(body)),
-                   last = outer_load(elastic, x, loads(body));
+    const Momentum first = outer_load(elastic, body.state.x,
+                                      {.gravity = gravity_before_, .forces = body.outer_before}),
+                   last = outer_load(elastic, x,
+                                     {.gravity = gravity_at(time_ + dt), .forces = end_forces(body, x, dt)});
     momentum.linear += begun * first.linear;
     momentum.angular += begun * first.angular;
     const double lasting = factor * (1 + dt * elastic.material().rayleigh_mass);
@@ -136,7 +140,8 @@ void World::take_holding(Body& body, const Nodes& holding) const {
     body.inner_forces(held, Eigen::all) -= holding / dt;
     Eigen::RowVector3d left = dt / factor * body.inner_forces.colwise().sum();
     if (body.start.impulses.rows() > 0)
-        left += body.start.impulses.colwise().sum() - (1 - 1 / factor) * dt * body.forces.colwise().sum();
+        left +=
+            body.start.impulses.colwise().sum() - (1 - 1 / factor) * dt * body.outer_before.colwise().sum();
     body.holding.rowwise() += left / static_cast<double>(held.size());
 }
 
@@ -154,8 +159,8 @@ void World::advance(int index, const Nodes& w, const Eigen::VectorXd& impulses) 
     const Nodes x = body.start.x + dt * w;
     Nodes now = factor * w;
     body.inner_forces = body.elastic->mass_product((factor / dt * (lasting * now - body.start.v)).rowwise() -
-                                                   config_.gravity.transpose()) -
-                        body.forces - body_part(index, impulses) / dt;
+                                                   gravity_at(time_ + dt).transpose()) -
+                        body.outer_end - body_part(index, impulses) / dt;
     if (body.start.impulses.rows() > 0) body.inner_forces -= factor / dt * body.start.impulses;
     take_holding(body, holding);
     const std::vector<int>& held = body.before->held;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <utility>
@@ -39,6 +40,12 @@ double surface_young(const ElasticBody& elastic, const Embedding& W) {
 World::World(const WorldConfig& config)
     : config_(config), solver_(linear_config(config), config.hierarchies) {
     check_contact_config(config.contact);
+    const auto& [times, values] = config.gravity_keys;
+    bool is_in_order = times.size() == values.size();
+    for (std::size_t k = 0; is_in_order && k < times.size(); ++k)
+        is_in_order = std::isfinite(times[k]) && values[k].allFinite() && (k == 0 || times[k] > times[k - 1]);
+    if (!is_in_order)
+        throw std::invalid_argument("world: gravity needs finite values at times that increase");
     if (!config.gravity.allFinite()) throw std::invalid_argument("world: gravity is not finite");
     if (!(config.limits.inverted_share >= 0) || !(config.limits.stretch > 1))
         throw std::invalid_argument("world: failure limits need inverted_share >= 0 and stretch > 1");
@@ -91,6 +98,8 @@ int World::add_body(WorldBody body) {
     const double contact_young = surface_young(elastic, body.W);
     PairBounds bounds{body.tree, body.bounds, body.margin};
     std::shared_ptr<const ContactShape> shape = contact_shape(body);
+    std::vector<LoadForces> loads;
+    for (BodyLoad& load : body.loads) loads.emplace_back(std::move(load), elastic, *shape);
     const int index = body_count();
     Nodes added_at = body.grips.empty() ? Nodes{} : body.state.x;
     systems_.emplace_back(elastic);
@@ -102,6 +111,9 @@ int World::add_body(WorldBody body) {
                        .contact_young = contact_young,
                        .forces = Nodes::Zero(nodes, 3),
                        .contact_forces = Nodes::Zero(nodes, 3),
+                       .loads = std::move(loads),
+                       .outer_before = {},
+                       .outer_end = {},
                        .grips = std::move(body.grips),
                        .grip_start = std::move(grip_start),
                        .added_at = std::move(added_at)});

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -15,6 +16,7 @@
 #include "sim/fem/step_report.hpp"
 #include "sim/fem/step_system.hpp"
 #include "sim/fem/time_step.hpp"
+#include "sim/world/body_load.hpp"
 #include "sim/world/grip.hpp"
 #include "sim/world/reactions.hpp"
 
@@ -46,7 +48,8 @@ struct StepConfig {
 };
 
 struct WorldConfig {
-    Eigen::Vector3d gravity{0, 0, -9.81};  // m/s2
+    Eigen::Vector3d gravity{0, 0, -9.81};   // m/s2
+    Keyed<Eigen::Vector3d> gravity_keys{};  // in place of it, m/s2; none: it stays as it is
     ContactConfig contact{};
     FailureLimits limits{};
     LinearSolveConfig linear{};
@@ -68,6 +71,7 @@ struct WorldBody {
     std::optional<float> margin{};  // relative, of the tree's spheres; none: PosedTree's default
     BodyState state{};              // empty x: the rest pose without velocity
     std::vector<Grip> grips{};
+    std::vector<BodyLoad> loads{};
 };
 
 /// What a step did, in numbers and in words.
@@ -149,7 +153,8 @@ class World {
     /// Positions of the vertices of a body's surface, [n, 3].
     Nodes surface(int body) const { return embedded(at(body).shape->W, at(body).state.x); }
 
-    /// Outer forces on the tet nodes, [N, 3] newtons. They act until changed; initially zero.
+    /// Outer forces on the tet nodes, [N, 3] newtons, besides those of WorldBody::loads. They act until
+    /// changed; initially zero. No energy of a report counts outer forces or loads.
     Nodes& forces(int body) { return at(body).forces; }
 
     /// Moves nodes of a body in the next step, on straight lines to `targets`, [nodes, 3] metres, and holds
@@ -220,6 +225,10 @@ class World {
         Nodes holding{};                   // [held, 3] impulses on held nodes in the part, N s
         double contact_young = 0;          // of the layer that its surface lies in, Pa
         Nodes forces, contact_forces;
+        std::vector<LoadForces> loads;
+        // Outer forces in the part with loads, [N, 3] N: with the weights of the rates before it, and at its
+        // end, as they were last linearised.
+        Nodes outer_before, outer_end;
         std::vector<Grip> grips;
         std::vector<Nodes> grip_start;  // per grip, positions at which it took its nodes
         Nodes added_at;                 // positions of all nodes then; empty: it has no grips
@@ -253,7 +262,9 @@ class World {
     const Body& at(int body) const { return bodies_.at(body); }
     bool has_vertex(int body, int vertex) const;
     Nodes body_part(int body, const Eigen::VectorXd& stacked) const;
-    Loads loads(const Body& body) const { return {.gravity = config_.gravity, .forces = body.forces}; }
+    Loads end_loads(const Body& body) const {
+        return {.gravity = gravity_at(time_ + step_.dt), .forces = body.outer_end};
+    }
     void begin_pose(Body& body, PosedTree& tree);
     void forget_parts();
     void reset(const WorldSnapshot& snapshot);
@@ -286,6 +297,15 @@ class World {
     void advance(int index, const Nodes& w, const Eigen::VectorXd& impulses);
 
     std::vector<Nodes> nodes_after(double dt, const Eigen::VectorXd& v) const;
+
+    // outer_forces.cpp
+    Eigen::Vector3d gravity_at(double time) const;
+    Nodes outer_forces(const Body& body, const Nodes& x,
+                       const std::function<double(const Keyed<double>&)>& factor_of) const;
+    Nodes end_forces(const Body& body, const Nodes& x, double dt) const;
+    void begin_outer_forces(const TwoStepWeights& weights);
+    void set_end_forces(Body& body, const Nodes& x);
+    double excess_work(const Body& body, const Nodes& from, const Nodes& to) const;
 
     // reactions.cpp
     Nodes holding_impulses(int index, const Nodes& w, const Eigen::VectorXd& impulses);
@@ -339,9 +359,10 @@ class World {
     std::unique_ptr<Barrier> barrier_;  // null: not asked for yet
     bool start_is_checked_ = false;
     double time_ = 0;
-    TimeStep step_ = 0.0;      // of the part
-    bool knows_last_ = false;  // whether rates of the part before it count
-    double dt_before_ = 0;     // length of the part that led to the current state; 0: none
+    TimeStep step_ = 0.0;                                       // of the part
+    Eigen::Vector3d gravity_before_ = Eigen::Vector3d::Zero();  // as Body::outer_before
+    bool knows_last_ = false;                                   // whether rates of the part before it count
+    double dt_before_ = 0;  // length of the part that led to the current state; 0: none
 };
 
 }  // namespace nbd

@@ -134,7 +134,10 @@ void World::take_back(const PartStart& start) {
 /// A hundred-thousandth of the smallest body: nobody sees that friction gives by as much before it slides. Or
 /// a thousandth of a fall from rest, where steps are long: a stiffer spring would be settled by no iteration.
 double World::slip_length(double dt) const noexcept {
-    return std::max(1e-5 * smallest_diagonal(), 1e-3 * config_.gravity.norm() * dt * dt);
+    double gravity = config_.gravity.norm();
+    for (const Eigen::Vector3d& value : config_.gravity_keys.values)
+        gravity = std::max(gravity, value.norm());
+    return std::max(1e-5 * smallest_diagonal(), 1e-3 * gravity * dt * dt);
 }
 
 /// Moves the bodies by the solution v of the step and, if the step was solved to its tolerance, gives those
@@ -248,7 +251,7 @@ void World::measure(WorldReport& report) const {
         report.kinetic_energy += kinetic_energy(*body.elastic, body.state.v);
         report.elastic_energy += body.energy;
         const Eigen::Vector3d moment = body.state.x.transpose() * body.elastic->node_masses();
-        report.gravity_energy -= config_.gravity.dot(moment);
+        report.gravity_energy -= gravity_at(time_).dot(moment);
     }
 }
 

@@ -330,6 +330,45 @@ TEST(CheckScene, LeavesPairsAloneThatDoNotMeet) {
         std::vector<std::string>{"obstacles[0]: /nowhere.obj: no such file"});
 }
 
+TEST(BuildWorld, PlacesLoadsInTheirRegionsAlsoFarAway) {
+    for (const double far : {0.0, 1e7}) {
+        const auto scene = [&](const std::string& load, const std::string& more = "") {
+            return fmt::format(R"({{"bodies": [{{"body": "a", "transform": {{"translate": [{}, 0, 0]}},
+                                   "material": {{"rayleigh_mass": 0}}, "loads": [{}]{}}}], "gravity": [0, 0, 0]}})",
+                               far, load, more);
+        };
+        const auto region = [&](double least) {
+            return fmt::format(R"("region": {{"box": {{"min": [{}, -1, -1], "max": [{}, 1, 1]}}}})",
+                               far + least, far + 9);
+        };
+        World world = built(scene(R"({"force": [0, 6, 0], )" + region(0.45) + "}"), box());
+        world.step(1e-4);
+        const Nodes& v = world.state(0).v;
+        const Nodes& X = world.elastic(0).rest().X;
+        Eigen::Index fastest = 0;
+        v.col(1).maxCoeff(&fastest);
+        EXPECT_GT(X(fastest, 0), 0.45);
+        EXPECT_NEAR(v.col(1).dot(world.elastic(0).node_masses()), 6e-4, 1e-9);
+        const auto refused = [&](const std::string& text) {
+            return test::refusal([&] { built(text, box()); });
+        };
+        EXPECT_EQ(refused(scene(R"({"torque": [0, 6, 0], )" + region(0.8) + "}")),
+                  "bodies[0] (a): loads[0]: the region holds no node of the body");
+        EXPECT_EQ(refused(scene(R"({"force": [0, 6, 0]}, {"pressure": 2, )" + region(0.8) + "}")),
+                  "bodies[0] (a): loads[1]: the region holds no face of the body's surface");
+        const std::string held =
+            scene(R"({"force": [0, 6, 0], )" + region(0.45) + "}",
+                  fmt::format(R"(, "pins": [{{"box": {{"min": [{}, -1, -1], "max": [{}, 1, 1]}}}}])",
+                              far + 0.4, far + 9));
+        const std::string why =
+            "pins or grips hold all that it acts on, so it moves nothing; widen its region";
+        EXPECT_EQ(refused(held), "bodies[0] (a): loads[0]: " + why);
+        const LoadedBody loaded = box();
+        EXPECT_EQ(check_scene(read_scene(held, ""), std::span(&loaded, 1)).problems,
+                  std::vector<std::string>{"bodies[0]: loads[0]: " + why});
+    }
+}
+
 TEST(BuildWorld, SetsRulesForPairs) {
     const LoadedBody bodies[] = {box(), box()};
     const World world = build_world(

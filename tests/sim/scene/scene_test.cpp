@@ -38,7 +38,9 @@ const std::string full = R"({
      "pins": [{"sphere": {"centre": [1, 2, 3], "radius": 0.1}},
               {"box": {"min": [7, 7, 7], "max": [8, 8, 8]}}],
      "grips": [{"region": {"sphere": {"centre": [5, 5, 5], "radius": 1}}}, {"region": {"box": {"min": [0, 0, 0], "max": [1, 1, 1]}}, "translate": [0, 0, 1],
-                "rotate": {"axis": [1, 0, 0], "degrees": 180}, "duration": 2, "release": 3}]},
+                "rotate": {"axis": [1, 0, 0], "degrees": 180}, "duration": 2, "release": 3}],
+     "loads": [{"force": [1, 2, 3], "region": {"sphere": {"centre": [5, 5, 5], "radius": 1}}, "factor": [[0, 0], [1.5, 2]]},
+               {"torque": [0, 0, 4], "region": {"box": {"min": [0, 0, 0], "max": [1, 1, 1]}}}, {"acceleration": [0, 5, 0]}, {"pressure": 600}]},
     {"surface": "/abs/b.obj", "transform": {"scale": 0.5},
      "meshing": {"nodes": 500, "grading": 0.1, "subdivide": 2, "subdivision": "loop", "elements": "quadratic"}},
     {"tets": "c.msh", "meshing": {"subdivide": 1}}
@@ -87,6 +89,17 @@ TEST(Scene, ReadsEveryKey) {
     EXPECT_DOUBLE_EQ(std::get<BallShape>(a.grips[0].region).radius, 0.1);
     EXPECT_NEAR(a.grips[3].motion.rotation.x(), 3.14159265, 1e-8);
     EXPECT_DOUBLE_EQ(a.grips[3].motion.release, 3);
+    ASSERT_EQ(a.loads.size(), 4u);
+    EXPECT_EQ(a.loads[0].load.kind, LoadKind::force);
+    EXPECT_EQ(a.loads[0].load.value, Eigen::Vector3d(1, 2, 3));
+    ASSERT_TRUE(a.loads[0].region);
+    EXPECT_EQ(a.loads[0].load.factor.times, (std::vector<double>{0, 1.5}));
+    EXPECT_EQ(a.loads[0].load.factor.values, (std::vector<double>{0, 2}));
+    EXPECT_EQ(a.loads[1].load.kind, LoadKind::torque);
+    EXPECT_FALSE(a.loads[2].region);
+    EXPECT_EQ(a.loads[2].load.kind, LoadKind::acceleration);
+    EXPECT_EQ(a.loads[3].load.kind, LoadKind::pressure);
+    EXPECT_EQ(a.loads[3].load.pressure, 600);
     const SceneBody& b = spec.bodies[1];
     EXPECT_EQ(b.source, BodySource::surface);
     EXPECT_EQ(b.meshing.tets.nodes, 500);
@@ -314,6 +327,43 @@ TEST(Scene, RefusesRulesForPairsThatAreWrong) {
         "contact.pairs[1]: names the same two as contact.pairs[0]");
 }
 
+TEST(Scene, RefusesLoadsThatAreWrong) {
+    const auto with_load = [](const std::string& load) {
+        return complaint(with(R"("loads": [)" + load + "]"));
+    };
+    const std::string at = "bodies[0].loads[0]";
+    EXPECT_EQ(with_load(R"({"force": [0, 0, 1], "factor": [[2, 3]]})"), "");
+    EXPECT_EQ(with_load("{}"),
+              at + R"(: needs exactly one of "force", "torque", "acceleration" and "pressure")");
+    EXPECT_EQ(with_load(R"({"force": [0, 0, 1], "pressure": 5})"),
+              at + R"(: needs exactly one of "force", "torque", "acceleration" and "pressure")");
+    EXPECT_EQ(with_load(R"({"force": 5})"), at + ".force: must be three numbers, not 5");
+    EXPECT_EQ(with_load(R"({"pressure": [1, 2, 3]})"), at + ".pressure: must be a number, not [1,2,3]");
+    EXPECT_EQ(with_load(R"({"pressure": 5, "factor": 2})"), at + ".factor: must be pairs of numbers, not 2");
+    EXPECT_EQ(with_load(R"({"pressure": 5, "factor": [[0, 1], [0, 2]]})"),
+              at + ".factor: its times must increase, but 0 s follows 0 s");
+    EXPECT_EQ(with_load(R"({"pressure": 5, "factor": [[0, 1], [1]]})"),
+              at + ".factor: must be pairs of numbers, not [[0,1],[1]]");
+    EXPECT_EQ(with_load(R"({"pressure": 5, "centre": [0, 0, 0]})"), at + R"(: unknown key "centre")");
+}
+
+TEST(Scene, ReadsKeyframesOfGravity) {
+    const SceneSpec spec = parse_scene(
+        with("", R"("gravity": [{"time": 1, "value": [0, 0, 0]}, {"time": 2.5, "value": [0, 0, -5]}])"), "");
+    EXPECT_EQ(spec.gravity_keys.times, (std::vector<double>{1, 2.5}));
+    EXPECT_EQ(spec.gravity_keys.values[1], Eigen::Vector3d(0, 0, -5));
+    EXPECT_TRUE(parse_scene(with(""), "").gravity_keys.empty());
+    const auto wrong = [](const std::string& keys) {
+        return complaint(with("", R"("gravity": [)" + keys + "]"));
+    };
+    EXPECT_EQ(wrong(R"({"time": 1, "value": [0, 0, 0]}, {"time": 0.5, "value": [0, 0, 0]})"),
+              "gravity[1].time: is 0.5, but must be later than 1 s, of the key before");
+    EXPECT_EQ(wrong(R"({"time": 1})"), "gravity[0].value: is missing");
+    EXPECT_EQ(wrong(R"({"time": 1, "value": 3})"), "gravity[0].value: must be three numbers, not 3");
+    EXPECT_EQ(wrong("1, 2"), "gravity: must be three numbers, not [1,2]");
+    EXPECT_EQ(wrong(R"({"time": 1, "value": [0, 0, 0]}, 3)"), "gravity[1]: must be an object, not 3");
+}
+
 TEST(Scene, NamesAnUnreadableFileAndTheReason) {
     EXPECT_EQ(test::error_of<std::runtime_error>([] { load_scene("/nowhere/scene.json"); }),
               "/nowhere/scene.json: no such file");
@@ -402,8 +452,12 @@ std::vector<std::string> schema_differences(const std::filesystem::path& schema,
 }
 
 TEST(Scene, AgreesWithThePublishedSchema) {
+    std::vector<JsonField> fields = read_scene(full, "").fields;
+    const SceneReading other = read_scene(with("", R"("gravity": [{"time": 0, "value": [0, 0, 0]}])"),
+                                          "");  // keys that have several forms
+    fields.insert(fields.end(), other.fields.begin(), other.fields.end());
     const std::vector<std::string> differences =
-        schema_differences(NBD_ASSETS "/scenes/schema/scene.schema.json", read_scene(full, "").fields);
+        schema_differences(NBD_ASSETS "/scenes/schema/scene.schema.json", fields);
     EXPECT_EQ(differences, std::vector<std::string>{});
 }
 

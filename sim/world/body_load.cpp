@@ -1,0 +1,214 @@
+#include "sim/world/body_load.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <stdexcept>
+#include <tuple>
+
+#include "meshing/body/embed.hpp"
+
+namespace nbd {
+namespace {
+
+void check_rows(std::vector<int> rows, int count, const char* what) {
+    std::ranges::sort(rows);
+    if (!rows.empty() && (rows.front() < 0 || rows.back() >= count))
+        throw std::invalid_argument(fmt::format("load: {} {} is not in 0..{}", what,
+                                                rows.front() < 0 ? rows.front() : rows.back(), count - 1));
+    if (const auto twice = std::ranges::adjacent_find(rows); twice != rows.end())
+        throw std::invalid_argument(fmt::format("load: {} {} is named twice", what, *twice));
+}
+
+void check_factor(const Keyed<double>& factor) {
+    if (factor.times.size() != factor.values.size())
+        throw std::invalid_argument("load: its factor needs a value for each time");
+    for (std::size_t k = 0; k < factor.times.size(); ++k)
+        if (!std::isfinite(factor.times[k]) || !std::isfinite(factor.values[k]) ||
+            (k > 0 && !(factor.times[k] > factor.times[k - 1])))
+            throw std::invalid_argument("load: its factor needs finite values at times that increase");
+}
+
+Eigen::Vector3d weighted_mean(NodesRef x, const std::vector<int>& nodes, const Eigen::VectorXd& weights) {
+    const Eigen::RowVector3d first = x.row(nodes.front());  // far from the origin, differences are exact
+    Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
+    for (std::size_t k = 0; k < nodes.size(); ++k) sum += weights[k] * (x.row(nodes[k]) - first);
+    return (first + sum / weights.sum()).transpose();
+}
+
+/// Of the weights about a centre.
+Eigen::Matrix3d inertia_about(const Eigen::Vector3d& centre, NodesRef x, const std::vector<int>& nodes,
+                              const Eigen::VectorXd& weights) {
+    Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
+    for (std::size_t k = 0; k < nodes.size(); ++k) {
+        const Eigen::Vector3d r = x.row(nodes[k]).transpose() - centre;
+        moments += weights[k] * r * r.transpose();
+    }
+    return moments.trace() * Eigen::Matrix3d::Identity() - moments;
+}
+
+Eigen::Vector3d position(const Embedding& W, int row, NodesRef x) {
+    Eigen::Vector3d p = Eigen::Vector3d::Zero();
+    for (Embedding::InnerIterator it(W, row); it; ++it) p += it.value() * x.row(it.col()).transpose();
+    return p;
+}
+
+/// A force on a point, to the nodes that it hangs on.
+void pass_on(const Embedding& W, int row, const Eigen::Vector3d& force, Nodes& out) {
+    for (Embedding::InnerIterator it(W, row); it; ++it) out.row(it.col()) += it.value() * force.transpose();
+}
+
+/// A point of integration in a triangle: its share of the area, and its coordinates.
+struct TrianglePoint {
+    double weight;
+    Eigen::Vector3d L;
+};
+
+/// Exact for polynomials of degree four. Source: [Dunavant85].
+std::array<TrianglePoint, 6> triangle_points() {
+    constexpr double near = 0.445948490915965, far = 0.091576213509771;
+    std::array<TrianglePoint, 6> points;
+    for (int k = 0; k < 3; ++k)
+        for (const auto& [first, share, value] :
+             {std::tuple(0, 0.223381589678011, near), std::tuple(3, 0.109951743655322, far)}) {
+            TrianglePoint& point = points[first + k];
+            point.weight = share;
+            point.L.setConstant(value);
+            point.L[k] = 1 - 2 * value;
+        }
+    return points;
+}
+
+/// Of a triangle's coordinate by the second and the third.
+Eigen::RowVector2d coordinate_slope(int coordinate) {
+    if (coordinate == 0) return {-1, -1};
+    return coordinate == 1 ? Eigen::RowVector2d(1, 0) : Eigen::RowVector2d(0, 1);
+}
+
+}  // namespace
+
+/// Row sums of the mass matrix move a whole body without deforming it. Those of some corners of quadratic
+/// tetrahedra are negative: a force on a part of the nodes is spread by the diagonal.
+LoadForces::LoadForces(BodyLoad load, const ElasticBody& elastic, const ContactShape& shape)
+    : load_(std::move(load)), nodes_(load_.nodes), shape_(&shape) {
+    check_rows(load_.nodes, elastic.node_count(), "node");
+    check_rows(load_.faces, shape.F.rows(), "face");
+    check_factor(load_.factor);
+    if (!load_.value.allFinite() || !std::isfinite(load_.pressure))
+        throw std::invalid_argument("load: it is not finite");
+    if (load_.kind == LoadKind::pressure) {
+        faces_ = load_.faces;
+        if (faces_.empty()) {
+            faces_.resize(shape.F.rows());
+            std::iota(faces_.begin(), faces_.end(), 0);
+        }
+        if (elastic.rest().is_quadratic()) find_middles(elastic);
+        return;
+    }
+    const bool is_whole = nodes_.empty();
+    if (is_whole) {
+        nodes_.resize(elastic.node_count());
+        std::iota(nodes_.begin(), nodes_.end(), 0);
+    }
+    weights_ = elastic.node_masses()(nodes_);
+    if (!is_whole && load_.kind != LoadKind::acceleration && elastic.rest().is_quadratic()) {
+        const SparseMatrix masses = elastic.mass_matrix();
+        for (std::size_t k = 0; k < nodes_.size(); ++k)
+            weights_[k] = masses.coeff(3 * nodes_[k], 3 * nodes_[k]);
+    }
+    if (load_.kind != LoadKind::torque) return;
+    const Nodes& X = elastic.rest().X;
+    const Eigen::Matrix3d inertia = inertia_about(weighted_mean(X, nodes_, weights_), X, nodes_, weights_);
+    if (!(std::abs(inertia.determinant()) > 1e-9 * std::pow(inertia.trace() / 3, 3)))
+        throw std::invalid_argument("load: a torque needs nodes that do not lie on one line");
+}
+
+void LoadForces::add(NodesRef x, double factor, Nodes& out) const {
+    if (factor == 0) return;
+    if (load_.kind == LoadKind::torque) return add_torque(x, factor, out);
+    if (load_.kind == LoadKind::pressure) return add_pressure(x, factor, out);
+    const double share = load_.kind == LoadKind::force ? 1 / weights_.sum() : 1;
+    for (std::size_t k = 0; k < nodes_.size(); ++k)
+        out.row(nodes_[k]) += factor * share * weights_[k] * load_.value.transpose();
+}
+
+void LoadForces::add_torque(NodesRef x, double factor, Nodes& out) const {
+    const Eigen::Vector3d centre = weighted_mean(x, nodes_, weights_);
+    const Eigen::Vector3d turn =
+        inertia_about(centre, x, nodes_, weights_).partialPivLu().solve(factor * load_.value);
+    for (std::size_t k = 0; k < nodes_.size(); ++k)
+        out.row(nodes_[k]) += weights_[k] * turn.cross(x.row(nodes_[k]).transpose() - centre).transpose();
+}
+
+/// Of quadratic bodies: a face is a quadratic triangle through its corners and the middles of its edges, so
+/// that a pressure does on it what it does on the bodies' own curved faces.
+void LoadForces::find_middles(const ElasticBody& elastic) {
+    const Nodes rest = embedded(shape_->W, elastic.rest().X);
+    std::map<std::array<int, 2>, int> number;
+    std::vector<Eigen::RowVector3d> points;
+    for (const int face : faces_) {
+        const auto corners = shape_->F.row(face);
+        std::array<int, 3>& middles = middles_of_.emplace_back();
+        for (int k = 0; k < 3; ++k) {
+            const int from = corners[k], to = corners[(k + 1) % 3];
+            const int least = std::min(from, to), most = std::max(from, to);
+            const auto [known, is_new] = number.try_emplace({least, most}, std::ssize(points));
+            if (is_new) points.push_back((rest.row(least) + rest.row(most)) / 2);
+            middles[k] = known->second;
+        }
+    }
+    Nodes at(std::ssize(points), 3);
+    for (std::size_t i = 0; i < points.size(); ++i) at.row(i) = points[i];
+    middles_ = embed(elastic.rest(), at);
+}
+
+/// A flat face passes a third of its force on to each corner, and a corner to the nodes that it hangs on.
+void LoadForces::add_pressure(NodesRef x, double factor, Nodes& out) const {
+    if (!middles_of_.empty()) return add_curved_pressure(x, factor, out);
+    for (const int face : faces_) {
+        const auto corners = shape_->F.row(face);
+        const Eigen::Vector3d a = position(shape_->W, corners[0], x), b = position(shape_->W, corners[1], x),
+                              c = position(shape_->W, corners[2], x);
+        const Eigen::Vector3d force = -factor * load_.pressure / 6 * (b - a).cross(c - a);
+        for (const int vertex : corners) pass_on(shape_->W, vertex, force, out);
+    }
+}
+
+/// By the integral of each corner's and middle's shape function times the normal: the derivative of the
+/// volume behind the face.
+void LoadForces::add_curved_pressure(NodesRef x, double factor, Nodes& out) const {
+    for (std::size_t f = 0; f < faces_.size(); ++f) {
+        const auto corners = shape_->F.row(faces_[f]);
+        Eigen::Matrix<double, 3, 6> at, forces = Eigen::Matrix<double, 3, 6>::Zero();
+        for (int k = 0; k < 3; ++k) {
+            at.col(k) = position(shape_->W, corners[k], x);
+            at.col(3 + k) = position(middles_, middles_of_[f][k], x);
+        }
+        for (const auto& [weight, L] : triangle_points()) {
+            Eigen::Vector<double, 6> N;
+            Eigen::Matrix<double, 6, 2> slopes;  // by the second and third coordinate
+            for (int k = 0; k < 3; ++k) {
+                const int l = (k + 1) % 3;
+                const Eigen::RowVector2d of_k = coordinate_slope(k), of_l = coordinate_slope(l);
+                N[k] = L[k] * (2 * L[k] - 1);
+                slopes.row(k) = (4 * L[k] - 1) * of_k;
+                N[3 + k] = 4 * L[k] * L[l];
+                slopes.row(3 + k) = 4 * (L[l] * of_k + L[k] * of_l);
+            }
+            const Eigen::Matrix<double, 3, 2> tangents = at * slopes;
+            forces -=
+                factor * load_.pressure / 2 * weight * tangents.col(0).cross(tangents.col(1)) * N.transpose();
+        }
+        for (int k = 0; k < 3; ++k) {
+            pass_on(shape_->W, corners[k], forces.col(k), out);
+            pass_on(middles_, middles_of_[f][k], forces.col(3 + k), out);
+        }
+    }
+}
+
+}  // namespace nbd

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "sim/fem/elastic_body.hpp"
+#include "sim/patches/contact_shape.hpp"
+#include "sim/world/keyed.hpp"
+
+namespace nbd {
+
+enum class LoadKind {
+    force,         // in total, spread over the nodes in proportion to their masses
+    torque,        // a couple, whose node forces turn the nodes about their centre of mass and sum to zero
+    acceleration,  // times the nodes' masses, as gravity acts
+    pressure,      // on faces of the surface along their normals inwards, as they are at the time
+};
+
+/// An outer load on a body.
+///
+/// A torque and a pressure follow the body. Their node forces are those of the pose at which a step is
+/// linearised, and their derivatives are left out of the step's matrix: the steps are stable as long as loads
+/// are small beside the body's stiffness, a pressure beside Young's modulus. Newton's iteration balances the
+/// forces of the pose in which the step ends, and its line search counts their work.
+struct BodyLoad {
+    LoadKind kind = LoadKind::force;
+    Eigen::Vector3d value = Eigen::Vector3d::Zero();  // N, N m or m/s2
+    double pressure = 0;                              // Pa
+    std::vector<int> nodes{};                         // distinct rows of the tet nodes; none: all
+    std::vector<int> faces{};                         // distinct, under pressure; none: all
+    Keyed<double> factor{};                           // of the load; none: 1
+
+    bool follows() const noexcept { return kind == LoadKind::torque || kind == LoadKind::pressure; }
+};
+
+/// The load of a body, ready for steps.
+class LoadForces {
+ public:
+    /// Throws std::invalid_argument for a node or face out of range or named twice, numbers that are not
+    /// finite, times that do not increase, and a torque on nodes of one line.
+    LoadForces(BodyLoad load, const ElasticBody& elastic, const ContactShape& shape);
+
+    const BodyLoad& load() const noexcept { return load_; }
+
+    /// Adds the node forces at the positions x, [N, 3] metres, times a factor. out: [N, 3] newtons.
+    void add(NodesRef x, double factor, Nodes& out) const;
+
+ private:
+    void add_torque(NodesRef x, double factor, Nodes& out) const;
+    void add_pressure(NodesRef x, double factor, Nodes& out) const;
+    void add_curved_pressure(NodesRef x, double factor, Nodes& out) const;
+    void find_middles(const ElasticBody& elastic);
+
+    BodyLoad load_;
+    std::vector<int> nodes_;   // that carry a force, torque or acceleration
+    Eigen::VectorXd weights_;  // [nodes_] kg
+    const ContactShape* shape_;
+    std::vector<int> faces_;  // under pressure
+    // Of quadratic bodies: the middles of edges at rest, [middles, N] as the shape's W, and those of each
+    // face from its first, second and third corner on.
+    Embedding middles_;
+    std::vector<std::array<int, 3>> middles_of_;  // [faces_]; empty: faces are flat
+};
+
+}  // namespace nbd
