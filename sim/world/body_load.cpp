@@ -92,8 +92,6 @@ Eigen::RowVector2d coordinate_slope(int coordinate) {
 
 }  // namespace
 
-/// Row sums of the mass matrix move a whole body without deforming it. Those of some corners of quadratic
-/// tetrahedra are negative: a force on a part of the nodes is spread by the diagonal.
 LoadForces::LoadForces(BodyLoad load, const ElasticBody& elastic, const ContactShape& shape)
     : load_(std::move(load)), nodes_(load_.nodes), shape_(&shape) {
     check_rows(load_.nodes, elastic.node_count(), "node");
@@ -110,17 +108,11 @@ LoadForces::LoadForces(BodyLoad load, const ElasticBody& elastic, const ContactS
         if (elastic.rest().is_quadratic()) find_middles(elastic);
         return;
     }
-    const bool is_whole = nodes_.empty();
-    if (is_whole) {
+    if (nodes_.empty()) {
         nodes_.resize(elastic.node_count());
         std::iota(nodes_.begin(), nodes_.end(), 0);
     }
     weights_ = elastic.node_masses()(nodes_);
-    if (!is_whole && load_.kind != LoadKind::acceleration && elastic.rest().is_quadratic()) {
-        const SparseMatrix masses = elastic.mass_matrix();
-        for (std::size_t k = 0; k < nodes_.size(); ++k)
-            weights_[k] = masses.coeff(3 * nodes_[k], 3 * nodes_[k]);
-    }
     if (load_.kind != LoadKind::torque) return;
     const Nodes& X = elastic.rest().X;
     const Eigen::Matrix3d inertia = inertia_about(weighted_mean(X, nodes_, weights_), X, nodes_, weights_);

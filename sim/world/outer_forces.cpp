@@ -31,10 +31,12 @@ void World::begin_outer_forces(const TwoStepWeights& weights) {
         if (!knows_last_) return now;
         return decltype(now)((weights.now * now + weights.before * value_at(time_ - dt_before_)) / sum);
     };
-    gravity_before_ = mean([&](double time) { return gravity_at(time); });
+    // What stays as it is does so to the last bit.
+    gravity_before_ =
+        config_.gravity_keys.empty() ? config_.gravity : mean([&](double time) { return gravity_at(time); });
     for (Body& body : bodies_)
         body.outer_before = outer_forces(body, body.state.x, [&](const Keyed<double>& factor) {
-            return mean([&](double time) { return factor.at(time, 1); });
+            return factor.empty() ? 1 : mean([&](double time) { return factor.at(time, 1); });
         });
 }
 

@@ -288,3 +288,16 @@ def test_rules_for_pairs(beam):
         world.set_pair(0, 0, friction=-1)
     with refused(IndexError, "body: is 2"):
         world.set_pair(0, 2)
+
+
+def test_loads_and_gravity_follow_their_keyframes(beam):
+    push = {"force": [0, 3, 0], "factor": [[0, 0], [0.1, 1], [0.2, 0]]}
+    gravity = [{"time": 0, "value": [0, 0, 0]}, {"time": 0.1, "value": [0, 0, -2]}, {"time": 0.2, "value": [0, 0, 0]}]
+    still = {"rayleigh_mass": 0}
+    world = nbd.World({"bodies": [{"body": beam, "loads": [push], "material": still}], "gravity": gravity})
+    for _ in range(60):
+        assert world.step(0.005).failure == ""
+    momentum = world.masses() @ world.velocities()
+    assert momentum == pytest.approx([0, 0.3, -0.2 * world.masses().sum()], abs=1e-6)
+    with refused(ValueError, "loads[0].force: must be three numbers"):
+        nbd.World({"bodies": [{"body": beam, "loads": [{"force": 3}]}]})

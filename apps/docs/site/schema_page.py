@@ -54,7 +54,12 @@ class SchemaPage:
             item, shared_item = self.resolved(value["items"])
             if item["type"] == "number":
                 return "three numbers"
-            return "list of " + self.object_link(f"{heading}.{key}[]".lstrip("."), item, shared_item)
+            if item["type"] == "string":
+                return "two texts"
+            if item["type"] == "array":
+                return "list of pairs of numbers"
+            either = "three numbers, or " if "number" in item["type"] else ""
+            return either + "list of " + self.object_link(f"{heading}.{key}[]".lstrip("."), item, shared_item)
         if value["type"] == "object":
             return self.object_link(f"{heading}.{key}".lstrip("."), value, shared)
         return {"string": "text", "integer": "whole number", "boolean": "true or false"}.get(value["type"], value["type"])

@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "sim/json/json_object.hpp"
-#include "sim/json/nearest_name.hpp"
 #include "tests/sim/scene/scene_text.hpp"
 #include "tests/support/error_of.hpp"
 
@@ -20,12 +19,8 @@ namespace nbd {
 namespace {
 
 using nlohmann::json;
+using test::complaint;
 using test::with;
-
-/// Error message of parse_scene for a text; empty if the text is valid.
-std::string complaint(const std::string& text) {
-    return test::refusal([&] { parse_scene(text, "folder"); });
-}
 
 const std::string full = R"({
   "bodies": [
@@ -294,76 +289,6 @@ TEST(Scene, ReportsEveryProblemAtOnce) {
     EXPECT_EQ(reading.spec.bodies.size(), 3u);
 }
 
-TEST(Scene, RefusesRulesForPairsThatAreWrong) {
-    const auto with_pair = [](const std::string& pair, const std::string& more = "") {
-        return complaint(R"({"bodies": [{"body": "a.h5"}, {"body": "b.h5"}, {"body": "b.h5"}],
-                             "obstacles": [{"sphere": {"radius": 1}}], "contact": {"pairs": [)" +
-                         pair + more + "]}}");
-    };
-    const auto wrong = [](const std::string& what) { return "contact.pairs[0]" + what; };
-    EXPECT_EQ(with_pair(R"({"bodies": ["a", "a"], "meet": false})"), "");
-    EXPECT_EQ(with_pair(R"({"bodies": ["a", "aa"], "friction": 0})"),
-              wrong(R"(.bodies: no body is named "aa"; allowed: a, b, b; the nearest is "a")"));
-    EXPECT_EQ(with_pair(R"({"bodies": ["a", "b"], "friction": 0})"),
-              wrong(R"(.bodies: several have the name "b"; give each a "name" of its own)"));
-    EXPECT_EQ(with_pair(R"({"bodies": ["a"], "friction": 0})"),
-              wrong(R"(.bodies: must be 2 texts, not ["a"])"));
-    EXPECT_EQ(with_pair(R"({"body": "a", "friction": 0})"), wrong(".obstacle: is missing"));
-    EXPECT_EQ(with_pair(R"({"body": "a", "obstacle": "floor", "friction": 0})"),
-              wrong(R"(.obstacle: no obstacle is named "floor"; allowed: obstacles[0])"));
-    EXPECT_EQ(with_pair(R"({"body": "a", "obstacle": 0, "friction": 0})"),
-              wrong(".obstacle: must be a text, not 0"));
-    EXPECT_EQ(with_pair(R"({"bodies": ["a", "a"], "obstacle": "obstacles[0]", "friction": 0})"),
-              wrong(R"(.obstacle: must be beside "body" alone)"));
-    EXPECT_EQ(with_pair(R"({"bodies": ["a", "a"]})"),
-              wrong(R"(: says nothing of the two; needs "meet" or "friction")"));
-    EXPECT_EQ(with_pair(R"({"bodies": ["a", "a"], "meet": false, "friction": 1})"),
-              wrong(R"(.friction: has no meaning for what does not "meet")"));
-    EXPECT_EQ(with_pair(R"({"bodies": ["a", "a"], "friction": -1})"),
-              wrong(".friction: is -1, but must be between 0 and 10"));
-    EXPECT_EQ(with_pair(R"({"meet": false})"), wrong(R"(: needs exactly one of "bodies" and "body")"));
-    EXPECT_EQ(
-        with_pair(R"({"bodies": ["a", "a"], "meet": false})", R"(, {"bodies": ["a", "a"], "friction": 0})"),
-        "contact.pairs[1]: names the same two as contact.pairs[0]");
-}
-
-TEST(Scene, RefusesLoadsThatAreWrong) {
-    const auto with_load = [](const std::string& load) {
-        return complaint(with(R"("loads": [)" + load + "]"));
-    };
-    const std::string at = "bodies[0].loads[0]";
-    EXPECT_EQ(with_load(R"({"force": [0, 0, 1], "factor": [[2, 3]]})"), "");
-    EXPECT_EQ(with_load("{}"),
-              at + R"(: needs exactly one of "force", "torque", "acceleration" and "pressure")");
-    EXPECT_EQ(with_load(R"({"force": [0, 0, 1], "pressure": 5})"),
-              at + R"(: needs exactly one of "force", "torque", "acceleration" and "pressure")");
-    EXPECT_EQ(with_load(R"({"force": 5})"), at + ".force: must be three numbers, not 5");
-    EXPECT_EQ(with_load(R"({"pressure": [1, 2, 3]})"), at + ".pressure: must be a number, not [1,2,3]");
-    EXPECT_EQ(with_load(R"({"pressure": 5, "factor": 2})"), at + ".factor: must be pairs of numbers, not 2");
-    EXPECT_EQ(with_load(R"({"pressure": 5, "factor": [[0, 1], [0, 2]]})"),
-              at + ".factor: its times must increase, but 0 s follows 0 s");
-    EXPECT_EQ(with_load(R"({"pressure": 5, "factor": [[0, 1], [1]]})"),
-              at + ".factor: must be pairs of numbers, not [[0,1],[1]]");
-    EXPECT_EQ(with_load(R"({"pressure": 5, "centre": [0, 0, 0]})"), at + R"(: unknown key "centre")");
-}
-
-TEST(Scene, ReadsKeyframesOfGravity) {
-    const SceneSpec spec = parse_scene(
-        with("", R"("gravity": [{"time": 1, "value": [0, 0, 0]}, {"time": 2.5, "value": [0, 0, -5]}])"), "");
-    EXPECT_EQ(spec.gravity_keys.times, (std::vector<double>{1, 2.5}));
-    EXPECT_EQ(spec.gravity_keys.values[1], Eigen::Vector3d(0, 0, -5));
-    EXPECT_TRUE(parse_scene(with(""), "").gravity_keys.empty());
-    const auto wrong = [](const std::string& keys) {
-        return complaint(with("", R"("gravity": [)" + keys + "]"));
-    };
-    EXPECT_EQ(wrong(R"({"time": 1, "value": [0, 0, 0]}, {"time": 0.5, "value": [0, 0, 0]})"),
-              "gravity[1].time: is 0.5, but must be later than 1 s, of the key before");
-    EXPECT_EQ(wrong(R"({"time": 1})"), "gravity[0].value: is missing");
-    EXPECT_EQ(wrong(R"({"time": 1, "value": 3})"), "gravity[0].value: must be three numbers, not 3");
-    EXPECT_EQ(wrong("1, 2"), "gravity: must be three numbers, not [1,2]");
-    EXPECT_EQ(wrong(R"({"time": 1, "value": [0, 0, 0]}, 3)"), "gravity[1]: must be an object, not 3");
-}
-
 TEST(Scene, NamesAnUnreadableFileAndTheReason) {
     EXPECT_EQ(test::error_of<std::runtime_error>([] { load_scene("/nowhere/scene.json"); }),
               "/nowhere/scene.json: no such file");
@@ -459,42 +384,6 @@ TEST(Scene, AgreesWithThePublishedSchema) {
     const std::vector<std::string> differences =
         schema_differences(NBD_ASSETS "/scenes/schema/scene.schema.json", fields);
     EXPECT_EQ(differences, std::vector<std::string>{});
-}
-
-const std::vector<std::string> known{"exact",  "boxes", "bd", "nbd", "velocity", "stable_neo_hookean",
-                                     "--nodes"};
-
-/// A word with one wrong letter in three, or the end of a name; what others call our keys; other words.
-TEST(NearestName, IsTheOneThatAWordMayMean) {
-    for (const auto& [word, name] : {std::pair("boxs", "boxes"),
-                                     {"bb", "bd"},
-                                     {"velosityy", "velocity"},
-                                     {"--nods", "--nodes"},
-                                     {"neo_hookean", "stable_neo_hookean"},
-                                     {"", ""},
-                                     {"--", ""},
-                                     {"tight", ""},
-                                     {"spheres", ""},
-                                     {"--cage", ""},
-                                     {"foo", ""},
-                                     {"zz", ""},
-                                     {"no", ""}})
-        EXPECT_EQ(nearest_name(word, known), name) << word;
-    const std::vector<std::string> keys{"law", "young", "poisson", "density", "rayleigh_mass", "--density"};
-    for (const auto& [word, name] : {std::pair("E", "young"),
-                                     {"youngs_modulus", "young"},
-                                     {"young_modulus", "young"},
-                                     {"nu", "poisson"},
-                                     {"rho", "density"},
-                                     {"--rho", "--density"},
-                                     {"mu", ""}})  // where there is no friction
-        EXPECT_EQ(nearest_name(word, keys), name) << word;
-    EXPECT_EQ(nearest_name("word", {}), "");
-}
-
-TEST(NearestName, EndsAMessageWhereThereIsOne) {
-    EXPECT_EQ(nearest_hint("boxs", known, "; the nearest is {}"), "; the nearest is boxes");
-    EXPECT_EQ(nearest_hint("foo", known, "; the nearest is {}"), "");
 }
 
 }  // namespace
