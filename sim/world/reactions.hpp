@@ -19,7 +19,8 @@ enum class ReactionBy {
 /// second order these are what the support or the contact adds to the motion in this step; what elasticity
 /// still makes of it in the next ones is not theirs. So the reactions on a body, its weight and its outer
 /// forces, times the length of the step, sum to its change of momentum in every step, but for damping by
-/// mass.
+/// mass. Torques do so for its angular momentum where nothing holds it; where something does, as exactly as
+/// steps are: at rest, and in motion to their second order.
 struct Reaction {
     int body = 0;  // on which it acts
     ReactionBy by = ReactionBy::grip;

@@ -123,6 +123,32 @@ TEST_P(Balance, OfABodyThatSwingsFromPins) {
     EXPECT_EQ(only(world).by, ReactionBy::grip);
 }
 
+/// Arms are those of one time in a step that turns the body, so that torques are as exact as the steps.
+TEST_P(Balance, OfTheAngularMomentumOfASwingIsAsExactAsTheSteps) {
+    const auto off = [&](double dt) {
+        World world(config());
+        WorldBody body = box().at({0, 0, 0});
+        body.grips = {held_in(body, beyond(0, 0.19))};
+        world.add_body(std::move(body));
+        Eigen::Vector3d sum = Eigen::Vector3d::Zero(), before = test::centre_of_mass(world, 0), turning = sum;
+        double largest = 0;
+        for (double time = 0; time < 0.2; time += dt) {
+            EXPECT_EQ(world.step(dt).failure, "");
+            const Eigen::Vector3d centre = test::centre_of_mass(world, 0);
+            sum += dt * (only(world).torque + (centre + before).cross(weight(world, 0)) / 2);
+            before = centre;
+            turning = momentum_of(world.elastic(0), world.state(0)).angular +
+                      centre.cross(test::linear_momentum(world, 0));
+            largest = std::max(largest, turning.norm());
+        }
+        EXPECT_GT(largest, 0.1);
+        return (turning - sum).norm() / largest;
+    };
+    const double coarse = off(5e-3), fine = off(2.5e-3);
+    EXPECT_LT(coarse, 0.02);
+    EXPECT_LT(fine, 0.7 * coarse);
+}
+
 TEST_P(Balance, OfABodyThatGripsMoveAndLetGo) {
     World world(config());
     WorldBody body = box().at({0, 0, 0});
