@@ -173,7 +173,8 @@ TEST(BodyLoads, PressureAllAroundShrinksABlockInItsPlace) {
     for (const int newton_iterations : {1, 30})
         for (const bool is_quadratic : {false, true})
             for (const double nu : {0.0, 0.3})
-                for (const double share : {1e-4, 0.1}) {
+                for (const double share : {1e-4, 0.1, 0.3}) {
+                    if (newton_iterations == 1 && share > 0.1) continue;  // see BodyLoad
                     const Model box = loaded_box({0.4, 0.2, 0.3}, {3, 2, 2}, is_quadratic,
                                                  {.young = E, .poisson = nu, .rayleigh_mass = 0});
                     World world(to_balance(newton_iterations));
