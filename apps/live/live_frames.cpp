@@ -22,7 +22,7 @@ void clear_frames(ViewScene& scene) {
         body.bounds->values.clear();
         body.near = body.intersecting = body.missed = {};
     }
-    for (ViewObstacle& obstacle : scene.obstacles) obstacle.shifts.clear();
+    for (ViewObstacle& obstacle : scene.obstacles) obstacle.places.clear();
 }
 
 }  // namespace

@@ -10,8 +10,10 @@ namespace {
 
 const Eigen::Vector3f obstacle_colour{0.72f, 0.72f, 0.74f};
 
-PictureSurface as_surface(const TriMesh& mesh, const Eigen::Vector3d& shift, const Eigen::Vector3f& colour) {
-    return {(mesh.X.rowwise() + shift.transpose()).cast<float>(), mesh.F, colour};
+PictureSurface as_surface(const TriMesh& mesh, const Placing& placing, const Eigen::Vector3f& colour) {
+    Nodes x(mesh.X.rows(), 3);
+    for (Eigen::Index i = 0; i < x.rows(); ++i) x.row(i) = placing(mesh.X.row(i).transpose()).transpose();
+    return {x.cast<float>(), mesh.F, colour};
 }
 
 /// Sphere of rows of quads, split into triangles.
@@ -71,7 +73,7 @@ void Film::add_frame(double time, std::vector<TriMesh> surfaces) {
 /// Extends the box of what the camera sees by an obstacle that moves, wherever it is in any still. Leaves it
 /// out where the bodies would get less than a quarter of the picture.
 void Film::extend(Eigen::AlignedBox3f& seen, const Obstacle& obstacle, const Camera& camera) const {
-    if (obstacle.velocity.isZero(0)) return;
+    if (obstacle.motion.stands()) return;
     Nodes X;
     if (const auto* ball = std::get_if<BallShape>(&obstacle.shape))
         X = ball_mesh(*ball).X;
@@ -79,9 +81,9 @@ void Film::extend(Eigen::AlignedBox3f& seen, const Obstacle& obstacle, const Cam
         X = (*mesh)->mesh().X;
     Eigen::AlignedBox3f all = seen;
     for (const Still& still : kept_) {
-        const Eigen::Vector3d shift = displacement_at(obstacle, still.time);
+        const Placing placing = obstacle.motion.at(still.time);
         for (Eigen::Index i = 0; i < X.rows(); ++i)
-            all.extend(camera.seen((X.row(i).transpose() + shift).cast<float>()));
+            all.extend(camera.seen(placing(X.row(i).transpose()).cast<float>()));
     }
     if (all.diagonal().norm() <= 4 * seen.diagonal().norm()) seen = all;
 }
@@ -108,19 +110,19 @@ void Film::write(const std::filesystem::path& path) const {
         std::vector<PictureSurface> surfaces;
         std::vector<PictureFloor> floors;
         for (std::size_t b = 0; b < still.surfaces.size(); ++b)
-            surfaces.push_back(as_surface(still.surfaces[b], Eigen::Vector3d::Zero(),
-                                          body_colours[b % body_colours.size()]));
+            surfaces.push_back(as_surface(still.surfaces[b], {}, body_colours[b % body_colours.size()]));
         for (const Obstacle& obstacle : obstacles_) {
-            const Eigen::Vector3d shift = displacement_at(obstacle, still.time);
+            const Placing placing = obstacle.motion.at(still.time);
             if (const auto* plane = std::get_if<PlaneShape>(&obstacle.shape))
-                floors.push_back({(plane->point + shift).cast<float>(), plane->normal.cast<float>(),
+                floors.push_back({placing(plane->point).cast<float>(),
+                                  (placing.turn * plane->normal).cast<float>(),
                                   round_length(camera.extent / 8)});
             else if (const auto* ball = std::get_if<BallShape>(&obstacle.shape))
-                surfaces.push_back(as_surface(ball_mesh(*ball), shift, obstacle_colour));
+                surfaces.push_back(as_surface(ball_mesh(*ball), placing, obstacle_colour));
             else
                 surfaces.push_back(
-                    as_surface(std::get<std::shared_ptr<const StaticSurface>>(obstacle.shape)->mesh(), shift,
-                               obstacle_colour));
+                    as_surface(std::get<std::shared_ptr<const StaticSurface>>(obstacle.shape)->mesh(),
+                               placing, obstacle_colour));
         }
         images.push_back(draw(surfaces, floors, camera, static_cast<int>(aspect * height), height));
     }

@@ -128,6 +128,7 @@ void pass(Archive& archive, Frame& frame) {
     archive(world.before);
     archive(world.stretches.contacts);
     archive(world.stretches.ways);
+    archive(world.taken_at);
     archive(frame.contact_forces);
     archive(frame.steps);
     archive(frame.reactions);

@@ -118,8 +118,8 @@ void ViewMaker::add_frame(std::size_t number, const ShownFrame& frame, ViewScene
         std::vector<float>& forces = view.scalars.back().values;
         forces.insert(forces.end(), sizes.begin(), sizes.end());
     }
-    for (auto& [obstacle, shifts] : scene.obstacles)
-        if (!obstacle.velocity.isZero(0)) shifts.push_back(displacement_at(obstacle, time));
+    for (auto& [obstacle, places] : scene.obstacles)
+        if (!obstacle.motion.stays()) places.push_back(obstacle.motion.at(time));
     scene.pairs.push_back(contacts_->add_frame(posed_, time, scene.bodies));
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <string_view>
@@ -113,10 +114,18 @@ void add_frames(const ViewBody& body, std::size_t frames, PageData& data, Json& 
     json["bounds"] = std::move(bounds);
 }
 
-Json shifts_json(const ViewObstacle& obstacle) {
-    Json shifts = Json::array();
-    for (const Eigen::Vector3d& shift : obstacle.shifts) shifts.push_back(as_json(shift));
-    return shifts;
+/// Where an obstacle is in every frame, as three.js places a group.
+void add_places(const ViewObstacle& obstacle, Json& json) {
+    Json shifts = Json::array(), turns = Json::array(), scales = Json::array();
+    for (const Placing& placing : obstacle.places) {
+        const Eigen::Quaterniond turn(placing.turn);
+        shifts.push_back(as_json(placing(Eigen::Vector3d::Zero())));
+        turns.push_back({turn.x(), turn.y(), turn.z(), turn.w()});
+        scales.push_back(placing.scale);
+    }
+    json["shifts"] = std::move(shifts);
+    json["turns"] = std::move(turns);
+    json["scales"] = std::move(scales);
 }
 
 Json obstacle_json(const ViewObstacle& shown, PageData& data) {
@@ -132,7 +141,7 @@ Json obstacle_json(const ViewObstacle& shown, PageData& data) {
                 {"positions", data.add_positions(mesh.X.cast<float>())},
                 {"faces", data.add_faces(mesh.F)}};
     }
-    json["shifts"] = shifts_json(shown);
+    add_places(shown, json);
     return json;
 }
 
@@ -259,12 +268,15 @@ std::string frames_text(const ViewScene& scene) {
     PageData data(false);
     Json json{{"times", scene.times},           {"numbers", scene.numbers},
               {"scalars", scalars_json(scene)}, {"pairs", pairs_json(scene.pairs)},
-              {"bodies", Json::array()},        {"shifts", Json::array()}};
+              {"bodies", Json::array()},        {"places", Json::array()}};
     for (const ViewBody& body : scene.bodies) {
         json["bodies"].emplace_back();
         add_frames(body, scene.frames(), data, json["bodies"].back());
     }
-    for (const ViewObstacle& obstacle : scene.obstacles) json["shifts"].push_back(shifts_json(obstacle));
+    for (const ViewObstacle& obstacle : scene.obstacles) {
+        json["places"].emplace_back();
+        add_places(obstacle, json["places"].back());
+    }
     return json.dump(-1, ' ', true);
 }
 

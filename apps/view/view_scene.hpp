@@ -49,8 +49,8 @@ struct ViewBody {
 
 /// A rigid obstacle and where it is.
 struct ViewObstacle {
-    Obstacle obstacle;                      // in its place before it moves
-    std::vector<Eigen::Vector3d> shifts{};  // [frames] metres; empty: it never moves
+    Obstacle obstacle;              // in its own place
+    std::vector<Placing> places{};  // [frames]; empty: it is there in all frames
 };
 
 /// Numbers of face pairs in a frame.

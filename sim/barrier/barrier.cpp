@@ -18,10 +18,12 @@
 namespace nbd {
 namespace {
 
-/// Of the room above the floor, by which an impact may be found too early.
-constexpr double tolerance_share = 0.05;
-
-Nodes displaced(const Nodes& x, const Eigen::Vector3d& by) { return x.rowwise() + by.transpose(); }
+Nodes placed_by(const Placing& placing, const Nodes& x) {
+    if (placing.is_shift) return x.rowwise() + placing.translation.transpose();
+    Nodes moved(x.rows(), 3);
+    for (Eigen::Index i = 0; i < x.rows(); ++i) moved.row(i) = placing(x.row(i)).transpose();
+    return moved;
+}
 
 bool is_mesh(const Obstacle& obstacle) {
     return std::holds_alternative<std::shared_ptr<const StaticSurface>>(obstacle.shape);
@@ -59,9 +61,11 @@ void Barrier::add_body(std::shared_ptr<const ContactShape> shape, const TetMesh&
 }
 
 void Barrier::add_obstacle(const Obstacle& obstacle) {
-    walls_.push_back({.obstacle = obstacle, .still = obstacle});
-    walls_.back().still.velocity.setZero();
-    if (!is_mesh(obstacle)) return;
+    walls_.push_back({.obstacle = obstacle});
+    if (!is_mesh(obstacle)) {
+        walls_.back().smooth.emplace(obstacle);
+        return;
+    }
     const TriMesh& mesh = std::get<std::shared_ptr<const StaticSurface>>(obstacle.shape)->mesh();
     walls_.back().surface = surfaces_.size();
     surfaces_.emplace_back(mesh.F, mesh.X, party_of_obstacle(std::ssize(walls_) - 1));
@@ -107,23 +111,33 @@ void Barrier::begin_step(double time, double dt) {
     dt_ = dt;
     if (can_miss()) search_.forget();  // so that a step depends on its start alone
     for (Wall& wall : walls_) {
-        wall.start = displacement_at(wall.obstacle, time);
-        wall.velocity = mean_velocity(wall.obstacle, time, dt);
+        const Motion& motion = wall.obstacle.motion;
+        const Placing start = motion.at(time), end = motion.at(time + dt);
+        wall.moves = dt > 0 && !motion.keyframe_at(time).is_where(motion.keyframe_at(time + dt));
+        if (wall.smooth) {
+            wall.smooth->begin_step(start, wall.moves ? end : start);
+            continue;
+        }
+        const Nodes& x = surfaces_[wall.surface].rest();
+        wall.start_x = placed_by(start, x);
+        wall.end_x = wall.moves ? placed_by(end, x) : wall.start_x;
     }
 }
 
 bool Barrier::obstacles_move() const {
-    return std::ranges::any_of(walls_, [](const Wall& wall) { return !wall.velocity.isZero(0); });
+    return std::ranges::any_of(walls_, [](const Wall& wall) { return wall.moves; });
 }
 
 void Barrier::place(std::span<const Nodes> begin, std::span<const Nodes> end, double progress) {
     for (std::size_t b = 0; b < bodies_.size(); ++b) surfaces_[b].move(begin[b], end[b]);
-    for (Wall& wall : walls_) {
-        wall.begin = wall.start + progress * dt_ * wall.velocity;
-        wall.end = wall.start + dt_ * wall.velocity;
+    progress_ = progress;
+    for (const Wall& wall : walls_) {
         if (wall.surface < 0) continue;
         MovingSurface& surface = surfaces_[wall.surface];
-        surface.move(displaced(surface.rest(), wall.begin), displaced(surface.rest(), wall.end));
+        if (wall.moves)
+            surface.move(wall.start_x + progress * (wall.end_x - wall.start_x), wall.end_x);
+        else
+            surface.move(wall.start_x, wall.start_x);
     }
 }
 
@@ -271,8 +285,9 @@ Contact Barrier::contact(const NearFeatures& near, double share) const {
         std::swap(contact.a, contact.b);
         contact.normal *= -1;
     }
-    if (const Wall* wall = wall_of(a.is_obstacle() ? a : b)) {
-        contact.wall_velocity = wall->velocity;
+    const MovingSurface& other = a.is_obstacle() ? a : b;
+    if (const Wall* wall = wall_of(other)) {
+        if (wall->moves) contact.wall_velocity = velocity_of(near, other, closest);
         contact.friction = wall->obstacle.friction;
         contact.obstacle = static_cast<int>(wall - walls_.data());
     }
@@ -280,9 +295,23 @@ Contact Barrier::contact(const NearFeatures& near, double share) const {
     return contact;
 }
 
-/// Motion of a point from begin to end. obstacle: number of the one whose point it is if it is no body's.
-Eigen::Vector3d Barrier::motion(const SurfacePoint& point, int obstacle) const {
-    if (point.body < 0) return walls_[obstacle].end - walls_[obstacle].begin;
+/// Mean velocity in the step of the point of an obstacle's mesh that is nearest.
+Eigen::Vector3d Barrier::velocity_of(const NearFeatures& near, const MovingSurface& obstacle,
+                                     const ClosestPoints& closest) const {
+    const Wall& wall = *wall_of(obstacle);
+    const auto at = corners(near.pair, surfaces_);
+    const std::size_t of_a = corners_of_a(near.pair.kind);
+    const bool is_a = &obstacle == &surfaces_[near.pair.surface_a];
+    Eigen::RowVector3d way = Eigen::RowVector3d::Zero();
+    for (std::size_t k = is_a ? 0 : of_a; k < (is_a ? of_a : 4); ++k) {
+        const double weight = is_a ? closest.weights_a[k] : closest.weights_b[k - of_a];
+        way += weight * (wall.end_x.row(at[k].vertex) - wall.start_x.row(at[k].vertex));
+    }
+    return way.transpose() / dt_;
+}
+
+/// Motion of a body's point from begin to end.
+Eigen::Vector3d Barrier::motion(const SurfacePoint& point) const {
     const MovingSurface& s = surfaces_[point.body];
     Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
     for (std::size_t k = 0; k < static_cast<std::size_t>(point.count); ++k)
@@ -295,7 +324,9 @@ std::vector<Contact> Barrier::contacts(double share) {
     std::vector<Contact> result;
     const auto add = [&](const auto& near, double distance, double reach, double weight) {
         Contact c = contact(near, share);
-        const double nearer = (1 - share) * c.normal.dot(motion(c.b, c.obstacle) - motion(c.a, c.obstacle));
+        const Eigen::Vector3d of_b =
+            c.b.body < 0 ? Eigen::Vector3d((1 - progress_) * dt_ * c.wall_velocity) : motion(c.b);
+        const double nearer = (1 - share) * c.normal.dot(of_b - motion(c.a));
         if (!(distance - nearer < reach) && !(distance < near_share * reach)) return;
         c.barrier = law(near);
         c.barrier.stiffness *= weight;

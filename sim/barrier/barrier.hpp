@@ -2,12 +2,14 @@
 
 #include <Eigen/Core>
 #include <map>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "sim/barrier/intersections.hpp"
 #include "sim/barrier/near_features.hpp"
+#include "sim/barrier/smooth_wall.hpp"
 #include "sim/contact/contact.hpp"
 #include "sim/contact/pair_rules.hpp"
 #include "sim/obstacles/obstacle.hpp"
@@ -57,8 +59,12 @@ class Barrier {
     /// What is no farther apart is too near to start a step, metres.
     double least_start() const noexcept { return 2 * floor(); }
 
-    /// Starts a step at `time`, of length dt, seconds: the obstacles move on.
+    /// Starts a step at `time`, of length dt, seconds: the obstacles move on. In a step, points of a mesh go
+    /// straight from where they are at its begin to where they are at its end; planes and balls turn evenly,
+    /// the shortest way.
     void begin_step(double time, double dt);
+    /// The motion of an obstacle, which may be told anew between steps.
+    Motion& motion_of(int obstacle) { return walls_.at(obstacle).obstacle.motion; }
 
     /// Whether an obstacle moves in the step.
     bool obstacles_move() const;
@@ -104,8 +110,9 @@ class Barrier {
 
  private:
     static constexpr double floor_share = 1e-3;  // of the reach: distance at which the potential is infinite
-    static constexpr double touching_share = 1e-2;  // of the reach: what is nearer at rest does not press
-    static constexpr double left_share = 0.2;       // of the room above the floor that a motion must leave
+    static constexpr double touching_share = 1e-2;   // of the reach: what is nearer at rest does not press
+    static constexpr double left_share = 0.2;        // of the room above the floor that a motion must leave
+    static constexpr double tolerance_share = 0.05;  // likewise, by which an impact may be found too early
 
     struct Body {
         std::shared_ptr<const ContactShape> shape;
@@ -115,10 +122,10 @@ class Barrier {
     /// An obstacle: a mesh, which is one of the surfaces, or a plane or ball.
     struct Wall {
         Obstacle obstacle;
-        Obstacle still{};  // the same where it starts, without velocity
-        int surface = -1;  // -1: a plane or ball
-        /// In the step, and displacements of the motion.
-        Eigen::Vector3d start{0, 0, 0}, velocity{0, 0, 0}, begin{0, 0, 0}, end{0, 0, 0};
+        int surface = -1;                    // -1: a plane or ball
+        std::optional<SmoothWall> smooth{};  // a plane or ball
+        bool moves = false;                  // in the step
+        Nodes start_x{}, end_x{};            // of a mesh in the step
         /// Held vertices that touch it at the start, by body and number, and by how much farther from a plane
         /// or ball they count, metres.
         std::map<std::pair<int, int>, double> held_touch{};
@@ -141,6 +148,8 @@ class Barrier {
     double limit(const NearFeatures& near) const;
     double limit(const NearSmooth& near) const;
     SurfaceDistance distance(const NearSmooth& near, double share) const;
+    Eigen::Vector3d velocity_of(const NearFeatures& near, const MovingSurface& obstacle,
+                                const ClosestPoints& closest) const;
     double farther(const NearSmooth& near) const;
     std::array<Eigen::Vector3d, 4> positions(const FeaturePair& pair, double share) const;
     const Wall* wall_of(const MovingSurface& surface) const;
@@ -150,7 +159,7 @@ class Barrier {
     Contact contact(const NearFeatures& near, double share) const;
     Contact contact(const NearSmooth& near, double share) const;
     double weight(const NearFeatures& near, double share) const;
-    Eigen::Vector3d motion(const SurfacePoint& point, int obstacle) const;
+    Eigen::Vector3d motion(const SurfacePoint& point) const;
     void measure(double share);
     template <class Visit>
     void for_each_near(const Visit& visit) const;
@@ -161,8 +170,8 @@ class Barrier {
     std::vector<Body> bodies_;
     std::vector<MovingSurface> surfaces_;  // of the bodies, then of the obstacles that are meshes
     std::vector<Wall> walls_;
-    double dt_ = 0;
-    bool is_exact_ = false;  // see be_exact()
+    double dt_ = 0, progress_ = 0;  // of the step; share of it at which the motion begins
+    bool is_exact_ = false;         // see be_exact()
     NearFeatureSearch search_;
     IntersectionSearch intersection_search_;
     std::span<const NearFeatures> near_;

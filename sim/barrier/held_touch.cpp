@@ -58,7 +58,7 @@ void Barrier::find_held_touch() {
 /// Vertices on planes and balls count as far from these as where they begin to press.
 void Barrier::find_held_on_smooth() {
     for (std::size_t w = 0; w < walls_.size(); ++w) {
-        if (walls_[w].surface >= 0) continue;
+        if (!walls_[w].smooth) continue;
         for (int b = 0; b < std::ssize(bodies_); ++b) {
             if (!rules_.meet(b, party_of_obstacle(w))) continue;
             const std::vector<char>& held = bodies_[b].held.held;
@@ -77,7 +77,7 @@ void Barrier::find_held_pairs(int a, int b, std::vector<FeaturePair>& features,
                               std::vector<Intersection>& faces) {
     MovingSurface &s = surfaces_[a], &t = surfaces_[b];
     const auto stays = [&](const MovingSurface& surface) {
-        if (const Wall* wall = wall_of(surface)) return wall->obstacle.velocity.isZero(0);
+        if (const Wall* wall = wall_of(surface)) return wall->obstacle.motion.stands();
         return std::ranges::count(bodies_[surface.body()].held.stays, 0) <
                std::ssize(bodies_[surface.body()].held.stays);
     };

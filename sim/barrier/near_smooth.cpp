@@ -1,25 +1,10 @@
 // The vertices of bodies that come near planes and balls.
+#include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
-#include <limits>
-#include <variant>
 
 #include "sim/barrier/barrier.hpp"
 
 namespace nbd {
-namespace {
-
-/// Share of the motion from p to q, relative to the centre of a ball, after which the point is `radius` from
-/// the centre; at least 1 if it is not in the motion.
-double time_to_ball(const Eigen::Vector3d& p, const Eigen::Vector3d& q, double radius) {
-    const Eigen::Vector3d r = q - p;
-    const double a = r.squaredNorm(), b = p.dot(r), c = p.squaredNorm() - radius * radius;
-    const double discriminant = b * b - a * c;
-    if (b >= 0 || discriminant <= 0) return 1;
-    return c / (std::sqrt(discriminant) - b);
-}
-
-}  // namespace
 
 /// Whether vertices that hang on these nodes may come near a plane or ball in the motion.
 bool Barrier::may_come_near(const MovingSurface& surface, std::span<const int> nodes,
@@ -28,27 +13,25 @@ bool Barrier::may_come_near(const MovingSurface& surface, std::span<const int> n
     double most = 0;
     for (const int node : nodes) {
         const Eigen::Vector3d begin = surface.begin_points().row(node), end = surface.end_points().row(node);
-        box.extend(begin - wall.begin);
-        most = std::max(most, (end - wall.end - begin + wall.begin).squaredNorm());
+        box.extend(begin);
+        most = std::max(most, wall.smooth->relative_way(begin, end, progress_));
     }
-    constexpr double all = std::numeric_limits<double>::infinity();
-    const double distance = signed_distance(wall.still, box.center(), 0, all)->distance;
-    return distance <= reach_ + std::sqrt(most) + box.diagonal().norm() / 2;
+    return wall.smooth->distance(box.center(), progress_).distance <=
+           reach_ + most + box.diagonal().norm() / 2;
 }
 
 void Barrier::find_near_smooth() {
     near_smooth_.clear();
     for (std::size_t w = 0; w < walls_.size(); ++w) {
         const Wall& wall = walls_[w];
-        if (wall.surface >= 0) continue;
-        const Eigen::Vector3d moved = wall.end - wall.begin;
+        if (!wall.smooth) continue;
         for (int b = 0; b < std::ssize(bodies_); ++b) {
             if (!rules_.meet(b, party_of_obstacle(w))) continue;
             const MovingSurface& surface = surfaces_[b];
             const auto look_at = [&](int v) {
                 const NearSmooth near{b, v, static_cast<int>(w)};
-                const Eigen::Vector3d motion = (surface.end(v) - surface.begin(v)).transpose() - moved;
-                if (distance(near, 0).distance <= reach_ + motion.norm()) near_smooth_.push_back(near);
+                const double way = wall.smooth->relative_way(surface.begin(v), surface.end(v), progress_);
+                if (distance(near, 0).distance <= reach_ + way) near_smooth_.push_back(near);
             };
             if (!surface.hangs_on_nodes()) {
                 for (int v = 0; v < surface.rest().rows(); ++v) look_at(v);
@@ -67,10 +50,8 @@ void Barrier::find_near_smooth() {
 }
 
 SurfaceDistance Barrier::distance(const NearSmooth& near, double share) const {
-    const Wall& wall = walls_[near.wall];
-    const Eigen::Vector3d p =
-        surfaces_[near.body].at(near.vertex, share) - (wall.begin + share * (wall.end - wall.begin));
-    SurfaceDistance found = *signed_distance(wall.still, p, 0, std::numeric_limits<double>::infinity());
+    SurfaceDistance found = walls_[near.wall].smooth->distance(surfaces_[near.body].at(near.vertex, share),
+                                                               progress_ + share * (1 - progress_));
     found.distance += farther(near);
     return found;
 }
@@ -84,18 +65,10 @@ double Barrier::farther(const NearSmooth& near) const {
 }
 
 double Barrier::limit(const NearSmooth& near) const {
-    const double floor = floor_share * reach_, begin = distance(near, 0).distance;
-    const double least = floor + left_share * room_at(begin, floor, reach_);
-    const Wall& wall = walls_[near.wall];
-    if (const auto* ball = std::get_if<BallShape>(&wall.obstacle.shape)) {
-        const MovingSurface& surface = surfaces_[near.body];
-        return std::min(time_to_ball(surface.at(near.vertex, 0) - wall.begin - ball->centre,
-                                     surface.at(near.vertex, 1) - wall.end - ball->centre,
-                                     ball->radius + least - farther(near)),
-                        1.0);
-    }
-    const double end = distance(near, 1).distance;
-    return end >= least ? 1 : std::max(begin - least, 0.0) / (begin - end);
+    const double floor = floor_share * reach_, room = room_at(distance(near, 0).distance, floor, reach_);
+    const MovingSurface& surface = surfaces_[near.body];
+    return walls_[near.wall].smooth->limit(surface.at(near.vertex, 0), surface.at(near.vertex, 1), progress_,
+                                           floor + left_share * room - farther(near), tolerance_share * room);
 }
 
 BarrierLaw Barrier::law(const NearSmooth& near) const {
@@ -105,12 +78,16 @@ BarrierLaw Barrier::law(const NearSmooth& near) const {
 Contact Barrier::contact(const NearSmooth& near, double share) const {
     const Wall& wall = walls_[near.wall];
     const SurfaceDistance hit = distance(near, share);
-    return {.a = {.body = near.body, .count = 1, .vertices = {near.vertex}, .weights = {1}},
-            .normal = hit.normal,
-            .wall_velocity = wall.velocity,
-            .gap = hit.distance,
-            .friction = rules_.friction(near.body, party_of_obstacle(near.wall), wall.obstacle.friction),
-            .obstacle = near.wall};
+    Contact contact{.a = {.body = near.body, .count = 1, .vertices = {near.vertex}, .weights = {1}},
+                    .normal = hit.normal,
+                    .gap = hit.distance,
+                    .friction = rules_.friction(near.body, party_of_obstacle(near.wall), wall.obstacle.friction),
+                    .obstacle = near.wall};
+    if (wall.moves)
+        contact.wall_velocity = wall.smooth->way_of(surfaces_[near.body].at(near.vertex, share),
+                                                    progress_ + share * (1 - progress_)) /
+                                dt_;
+    return contact;
 }
 
 }  // namespace nbd

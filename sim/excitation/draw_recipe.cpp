@@ -156,15 +156,15 @@ class Draw {
 
     /// Holds the share of the body that lies nearest to its end along an axis. along: [N] positions of the
     /// nodes on it; end: -1 or 1.
-    Grip hand(const Eigen::VectorXd& along, double end, double share) const {
-        Grip grip;
+    Hand hand(const Eigen::VectorXd& along, double end, double share) const {
+        Hand grip;
         const double low = along.minCoeff(), span = along.maxCoeff() - low;
         for (int i = 0; i < x_.rows(); ++i) {
             const double from_end = (end < 0 ? along[i] - low : low + span - along[i]) / span;
             if (from_end <= share) grip.nodes.push_back(i);
         }
         const Nodes held = x_(grip.nodes, Eigen::all);
-        grip.centre = held.colwise().mean().transpose();
+        grip.move.centre = held.colwise().mean().transpose();
         return grip;
     }
 
@@ -188,12 +188,12 @@ class Draw {
         angle = std::min(angle, most_bend(Eigen::Vector3d::Zero(), span * (1 - 2 * share)));
         const double length = draw(random_, ranges.duration) * scales_.time;
         for (const double end : {-1.0, 1.0}) {
-            Grip grip = hand(along, end, share);
-            grip.duration = length;
+            Hand grip = hand(along, end, share);
+            grip.move.duration = length;
             grip.release = 2 * duration_;
-            grip.rotation = end * angle * axis.cross(across);
-            const double arm = std::abs(grip.centre.dot(axis) - middle);
-            grip.translation = arm * (end * (std::cos(angle) - 1) * axis + std::sin(angle) * across);
+            grip.move.rotation = end * angle * axis.cross(across);
+            const double arm = std::abs(grip.move.centre.dot(axis) - middle);
+            grip.move.translation = arm * (end * (std::cos(angle) - 1) * axis + std::sin(angle) * across);
             recipe_.grips.push_back(grip);
         }
     }
@@ -229,10 +229,9 @@ class Draw {
             apart = apart.cwiseMin((x_.rowwise() - x_.row(tip)).rowwise().norm());
         }
         for (const int tip : tips) {
-            Grip grip{.centre = x_.row(tip),
-                      .translation = -close * x_.row(tip),
-                      .duration = length,
-                      .release = 2 * duration_};
+            Hand grip{
+                .move = {.centre = x_.row(tip), .translation = -close * x_.row(tip), .duration = length},
+                .release = 2 * duration_};
             for (int i = 0; i < x_.rows(); ++i)
                 if ((x_.row(i) - x_.row(tip)).norm() <= radius) grip.nodes.push_back(i);
             recipe_.grips.push_back(grip);
@@ -251,12 +250,12 @@ class Draw {
                      length = draw(random_, ranges.duration) * scales_.time;
         const double release = draw(random_, ranges.release) * duration_;
         for (const double end : {-1.0, 1.0}) {
-            Grip grip = hand(along, end, share);
-            grip.start = start;
-            grip.duration = length;
+            Hand grip = hand(along, end, share);
+            grip.move.start = start;
+            grip.move.duration = length;
             grip.release = release;
-            grip.rotation = end * strength_ * (twist * axis + bend * across);
-            grip.translation = end * strength_ * span * (stretch * axis + shear * across) / 2;
+            grip.move.rotation = end * strength_ * (twist * axis + bend * across);
+            grip.move.translation = end * strength_ * span * (stretch * axis + shear * across) / 2;
             recipe_.grips.push_back(grip);
         }
     }

@@ -94,7 +94,7 @@ World make_world(const Recipe& recipe, const Body& body, const std::shared_ptr<c
     const WorldBody any{
         .elastic = elastic, .W = body.W, .F = body.surface.F, .tree = tree, .bounds = BoundKind::automatic};
     WorldBody self = any;
-    self.grips = recipe.grips;
+    for (const Hand& hand : recipe.grips) self.grips.push_back(hand.grip());
     self.state.x = X * recipe.rotation.transpose();
     self.state.v = (self.state.x * recipe.gradient.transpose()).rowwise() + recipe.velocity.transpose();
     world.add_body(std::move(self));

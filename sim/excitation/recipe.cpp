@@ -124,13 +124,13 @@ std::string recipe_json(const Recipe& recipe) {
                                   {"force", json(f.force)},
                                   {"start", f.start},
                                   {"duration", f.duration}});
-    for (const Grip& g : recipe.grips)
+    for (const Hand& g : recipe.grips)
         text["grips"].push_back({{"nodes", g.nodes},
-                                 {"centre", json(g.centre)},
-                                 {"translation", json(g.translation)},
-                                 {"rotation", json(g.rotation)},
-                                 {"start", g.start},
-                                 {"duration", g.duration},
+                                 {"centre", json(g.move.centre)},
+                                 {"translation", json(g.move.translation)},
+                                 {"rotation", json(g.move.rotation)},
+                                 {"start", g.move.start},
+                                 {"duration", g.move.duration},
                                  {"release", g.release}});
     for (const Plate& p : recipe.plates)
         text["plates"].push_back(
@@ -149,8 +149,7 @@ std::vector<Obstacle> recipe_obstacles(const Recipe& recipe) {
             {.shape = PlaneShape{.point = {0, 0, *recipe.floor}, .normal = Eigen::Vector3d::UnitZ()}});
     for (const Plate& plate : recipe.plates)
         obstacles.push_back({.shape = PlaneShape{.point = plate.point, .normal = plate.normal},
-                             .velocity = plate.speed * plate.normal,
-                             .stop = plate.stop});
+                             .motion = travel(plate.speed * plate.normal, 0, plate.stop)});
     return obstacles;
 }
 

@@ -74,6 +74,15 @@ struct PatchForce {
     double start = 0, duration = 0;                   // seconds
 };
 
+/// Nodes that are held from the start, moved as told, and released.
+struct Hand {
+    std::vector<int> nodes{};
+    Move move{};
+    double release = 0;  // seconds
+
+    Grip grip() const { return {.nodes = nodes, .motion = eased(move), .release = release}; }
+};
+
 /// A plate that moves along its normal until it stands still.
 struct Plate {
     Eigen::Vector3d point = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::UnitZ();
@@ -97,7 +106,7 @@ struct Recipe {
     Eigen::Vector3d gravity = Eigen::Vector3d::Zero();
     std::optional<double> floor;  // height
     std::vector<PatchForce> forces;
-    std::vector<Grip> grips;
+    std::vector<Hand> grips;
     std::vector<Plate> plates;
     std::optional<ThrownCopy> thrown;
     double frame_interval = 0;  // seconds

@@ -229,6 +229,24 @@ bool JsonObject::holds_objects(const std::string& key) {
     return entry && entry->is_array() && !entry->empty() && entry->front().is_object();
 }
 
+std::vector<std::vector<double>> JsonObject::table(const std::string& key) {
+    const nlohmann::json* entry =
+        find({.object = {}, .key = key, .type = "array"}, &nlohmann::json::is_array, "an array");
+    std::vector<std::vector<double>> rows;
+    for (std::size_t i = 0; entry && i < entry->size(); ++i) {
+        const nlohmann::json& row = (*entry)[i];
+        const bool is_right = row.is_array() && std::ranges::all_of(row, [](const auto& number) {
+                                  return number.is_number() && std::isfinite(number.template get<double>());
+                              });
+        if (!is_right) {
+            problem(key, fmt::format("row {} must be finite numbers, not {}", i, shown(row)));
+            return {};
+        }
+        rows.push_back(row.get<std::vector<double>>());
+    }
+    return rows;
+}
+
 JsonObject JsonObject::object(const std::string& key) {
     const nlohmann::json* entry = find({.object = {}, .key = key, .type = "object"});
     return {entry ? *entry : empty_object, path(key), reading_};

@@ -75,6 +75,8 @@ class JsonObject {
     std::vector<std::pair<double, double>> number_pairs(const std::string& key);
     /// Whether the value is an array of one object or more, for keys that take several forms.
     bool holds_objects(const std::string& key);
+    /// Rows of finite numbers; none if the key is missing or wrong.
+    std::vector<std::vector<double>> table(const std::string& key);
     /// The object at a key; an object without keys if the key is missing.
     JsonObject object(const std::string& key);
     /// The objects of an array; none if the key is missing.

@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <string>
 
 namespace nbd {
 namespace {
@@ -46,29 +46,34 @@ void check_shape(const std::shared_ptr<const StaticSurface>& mesh) {
 
 void check_obstacle(const Obstacle& obstacle) {
     std::visit([](const auto& shape) { check_shape(shape); }, obstacle.shape);
-    if (!obstacle.velocity.allFinite()) throw std::invalid_argument("obstacle: its velocity is not finite");
+    try {
+        check_motion(obstacle.motion);
+    } catch (const std::invalid_argument& error) {
+        throw std::invalid_argument(std::string("obstacle: ") + error.what());
+    }
     if (!(obstacle.friction >= 0) || !std::isfinite(obstacle.friction))
         throw std::invalid_argument(
             fmt::format("obstacle: friction is {}, but must be >= 0", obstacle.friction));
-    if (!std::isfinite(obstacle.start) || !(obstacle.stop >= obstacle.start))
-        throw std::invalid_argument(
-            fmt::format("obstacle: it starts at {} s and stops at {} s, but must not stop before it starts",
-                        obstacle.start, obstacle.stop));
 }
 
-Eigen::Vector3d displacement_at(const Obstacle& obstacle, double time) noexcept {
-    return std::max(std::min(time, obstacle.stop) - obstacle.start, 0.0) * obstacle.velocity;
+std::optional<SurfaceDistance> signed_distance_at_rest(const Obstacle& obstacle, const Eigen::Vector3d& p,
+                                                       double reach) noexcept {
+    return std::visit([&](const auto& shape) { return distance_to(shape, p, reach); }, obstacle.shape);
 }
 
-Eigen::Vector3d mean_velocity(const Obstacle& obstacle, double time, double dt) noexcept {
-    if (dt == 0) return Eigen::Vector3d::Zero();
-    return (displacement_at(obstacle, time + dt) - displacement_at(obstacle, time)) / dt;
+std::optional<SurfaceDistance> signed_distance(const Obstacle& obstacle, const Placing& placing,
+                                               const Eigen::Vector3d& p, double reach) noexcept {
+    std::optional<SurfaceDistance> found =
+        signed_distance_at_rest(obstacle, placing.inverse(p), reach / placing.scale);
+    if (!found || placing.is_shift) return found;
+    found->distance *= placing.scale;
+    found->normal = placing.turn * found->normal;
+    return found;
 }
 
 std::optional<SurfaceDistance> signed_distance(const Obstacle& obstacle, const Eigen::Vector3d& p,
                                                double time, double reach) noexcept {
-    const Eigen::Vector3d local = p - displacement_at(obstacle, time);
-    return std::visit([&](const auto& shape) { return distance_to(shape, local, reach); }, obstacle.shape);
+    return signed_distance(obstacle, obstacle.motion.at(time), p, reach);
 }
 
 }  // namespace nbd

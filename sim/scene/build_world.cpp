@@ -42,7 +42,7 @@ Nodes rigid_velocities(const ElasticBody& elastic, const Nodes& x, const SceneBo
 }
 
 Grip take_nodes(const SceneGrip& from, const Nodes& x) {
-    Grip grip = from.motion;
+    Grip grip = from.grip;
     grip.nodes = nodes_in(from.region, x);
     if (grip.nodes.empty())
         throw std::invalid_argument(fmt::format("{}: the region holds no node of the body", from.key));
@@ -130,6 +130,7 @@ void move(Region& region, const Eigen::Vector3d& by) {
 }
 
 void move(SceneObstacle& obstacle, const Eigen::Vector3d& by) {
+    obstacle.obstacle.motion.centre += by;
     if (auto* plane = std::get_if<PlaneShape>(&obstacle.obstacle.shape))
         plane->point += by;
     else if (auto* ball = std::get_if<BallShape>(&obstacle.obstacle.shape))
@@ -149,6 +150,13 @@ void naming_body(const SceneSpec& spec, std::size_t b, const Act& act) {
 }
 
 }  // namespace
+
+std::string at_odds_text(const std::string& grip, const std::string& other, double time) {
+    return fmt::format(
+        "{}: contains nodes that {} also holds at {} s; allowed: to take them once they are "
+        "released",
+        grip, other, time);
+}
 
 std::vector<int> nodes_in(const Region& region, NodesRef x) {
     std::vector<int> nodes;
@@ -228,6 +236,9 @@ WorldBody make_world_body(const SceneBody& spec, const LoadedBody& loaded,
     result.state.x = placed(body.tets.X, spec.placement);
     result.state.v = rigid_velocities(*result.elastic, result.state.x, spec);
     for (const SceneGrip& grip : spec.grips) result.grips.push_back(take_nodes(grip, result.state.x));
+    if (const auto odds = grips_at_odds(result.grips))
+        throw std::invalid_argument(
+            at_odds_text(spec.grips[odds->second].key, spec.grips[odds->first].key, odds->from));
     for (const SceneLoad& load : spec.loads) result.loads.push_back(take_part(load, result));
     check_loads(spec, result);
     return result;
@@ -235,14 +246,18 @@ WorldBody make_world_body(const SceneBody& spec, const LoadedBody& loaded,
 
 Obstacle make_obstacle(const SceneObstacle& spec) {
     Obstacle obstacle = spec.obstacle;
-    if (spec.mesh.empty()) return obstacle;
-    TriMesh mesh = read_surface(spec.mesh);
+    if (spec.mesh.empty() && spec.made.F.rows() == 0) return obstacle;
+    TriMesh mesh = spec.mesh.empty() ? spec.made : read_surface(spec.mesh);
     if (const int turned = turn_outward(mesh); turned > 0)
         notice(fmt::format(
             "{}: {} of its {} faces looked inward and were turned: an obstacle is solid within its surface",
             spec.mesh.string(), turned == mesh.F.rows() ? "all" : std::to_string(turned), mesh.F.rows()));
     mesh.X = placed(mesh.X, spec.placement);
-    obstacle.shape = std::make_shared<const StaticSurface>(std::move(mesh));
+    auto surface = std::make_shared<const StaticSurface>(std::move(mesh));
+    if (surface->is_open() && !spec.mesh.empty())
+        notice(fmt::format("{}: its surface is open, so the obstacle is a sheet with two sides, not solid",
+                           spec.mesh.string()));
+    obstacle.shape = std::move(surface);
     return obstacle;
 }
 
@@ -276,7 +291,7 @@ SceneSpec local_scene(SceneSpec spec, std::span<const LoadedBody> bodies,
             if (load.region) move(*load.region, -origin);
         for (SceneGrip& grip : body.grips) {
             move(grip.region, -origin);
-            grip.motion.centre -= origin;
+            grip.grip.motion.centre -= origin;
         }
     }
     for (SceneObstacle& obstacle : spec.obstacles) move(obstacle, -origin);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "sim/scene/scene.hpp"
@@ -36,6 +37,9 @@ WorldBody make_world_body(const SceneBody& spec, const LoadedBody& loaded,
 /// Throws std::invalid_argument, with the load's JSON path, for a load on what grips hold for ever. body:
 /// with the scene's loads and its grips.
 void check_loads(const SceneBody& spec, const WorldBody& body);
+
+/// What is wrong with a grip that holds nodes of another one at a time, seconds. Both by their keys.
+std::string at_odds_text(const std::string& grip, const std::string& other, double time);
 
 /// Makes an obstacle; reads its mesh if it has one, and turns its faces outward where they are not, with a
 /// notice(). Throws std::invalid_argument or std::runtime_error if the mesh cannot be used.

@@ -1,7 +1,5 @@
 #include <fmt/format.h>
 
-#include <numbers>
-
 #include "meshing/body/material.hpp"
 #include "sim/scene/read_parts.hpp"
 
@@ -9,18 +7,9 @@ namespace nbd {
 namespace {
 
 SceneGrip read_grip(JsonObject& from) {
-    SceneGrip grip{.key = key_of(from), .region = {}, .motion = {}};
+    SceneGrip grip{.key = key_of(from), .region = {}, .grip = {}};
     if (from.need("region")) grip.region = read_region(from.object("region"));
-    grip.motion.centre = from.vector("centre", grip.motion.centre);
-    grip.motion.translation = from.vector("translate", grip.motion.translation);
-    Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
-    double degrees = 0;
-    read_rotation(from.object("rotate"), axis, degrees);
-    grip.motion.rotation = degrees * std::numbers::pi / 180 * axis;
-    grip.motion.start = from.number("start", 0, finite_number);
-    grip.motion.duration = from.number("duration", 0, not_negative);
-    grip.motion.release = from.number("release", grip.motion.release, not_negative);
-    if (grip.motion.release < grip.motion.start) from.problem("release", "must not be before \"start\"");
+    grip.grip = read_held_motion(from);
     from.finish();
     return grip;
 }
@@ -123,7 +112,7 @@ SceneBody read_body(JsonObject& from, const std::filesystem::path& base) {
     body.material = read_material(from.object("material"));
     for (JsonObject& region : from.objects("regions")) body.regions.push_back(read_material_region(region));
     for (JsonObject& pin : from.objects("pins")) {
-        SceneGrip held{.key = key_of(pin), .region = {}, .motion = {}};
+        SceneGrip held{.key = key_of(pin), .region = {}, .grip = {}};
         held.region = read_region(std::move(pin));
         body.grips.push_back(std::move(held));
     }

@@ -1,11 +1,73 @@
+#include <fmt/format.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sim/obstacles/made_mesh.hpp"
 #include "sim/scene/read_parts.hpp"
 
 namespace nbd {
+namespace {
+
+constexpr NumberRange side_count{3, 1024, "between 3 and 1024"};
+
+/// A length that must be there.
+double read_length(JsonObject& from, const char* key) {
+    if (!from.need(key)) return 1;
+    return from.optional_number(key, positive_number).value_or(1);
+}
+
+Eigen::MatrixXd read_heights(JsonObject& from) {
+    const Eigen::MatrixXd flat = Eigen::MatrixXd::Zero(2, 2);
+    if (!from.need("table")) return flat;
+    const std::vector<std::vector<double>> rows = from.table("table");
+    if (rows.empty()) return flat;
+    const std::size_t columns = rows.front().size();
+    if (rows.size() < 2 || columns < 2) {
+        from.problem("table", fmt::format("has {} rows of {} heights, but must have at least 2 of 2",
+                                          rows.size(), columns));
+        return flat;
+    }
+    Eigen::MatrixXd heights(rows.size(), columns);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        if (rows[i].size() != columns) {
+            from.problem("table",
+                         fmt::format("row {} has {} heights, but row 0 has {}", i, rows[i].size(), columns));
+            return flat;
+        }
+        for (std::size_t j = 0; j < columns; ++j) heights(i, j) = rows[i][j];
+    }
+    return heights;
+}
+
+/// Of a shape that is made as a mesh.
+TriMesh read_made_mesh(JsonObject& from, const std::string& kind) {
+    if (kind == "heights") {
+        const double spacing = read_length(from, "spacing");
+        return height_mesh(read_heights(from), spacing);
+    }
+    if (kind == "box") {
+        const bool is_there = from.need("size");
+        const Eigen::Vector3d size = from.vector("size", Eigen::Vector3d::Zero());
+        if (size.minCoeff() >= least_constant) return box_mesh(size);
+        if (is_there) from.problem("size", "must be three positive lengths");
+        return box_mesh(Eigen::Vector3d::Ones());
+    }
+    const double radius = read_length(from, "radius"), length = read_length(from, "length");
+    const int segments = static_cast<int>(from.integer("segments", 48, side_count));
+    return kind == "cylinder" ? cylinder_mesh(radius, length, segments)
+                              : capsule_mesh(radius, length, segments);
+}
+
+}  // namespace
 
 SceneObstacle read_obstacle(JsonObject& from, const std::filesystem::path& base) {
-    SceneObstacle result{.name = from.text("name", ""), .obstacle = {}, .mesh = {}, .placement = {}};
+    SceneObstacle result;
+    result.name = from.text("name", "");
     if (result.name.empty()) result.name = from.path("");
-    const std::string kind = from.need_one({"plane", "sphere", "mesh"});
+    const std::string kind = 
+        from.need_one({"plane", "sphere", "box", "cylinder", "capsule", "heights", "mesh"});
     if (kind == "plane") {
         JsonObject plane = from.object("plane");
         result.obstacle.shape =
@@ -14,18 +76,18 @@ SceneObstacle read_obstacle(JsonObject& from, const std::filesystem::path& base)
         plane.finish();
     } else if (kind == "sphere") {
         result.obstacle.shape = read_ball(from.object("sphere"));
-    } else if (kind == "mesh") {
-        JsonObject mesh = from.object("mesh");
-        if (mesh.need("file")) result.mesh = read_path(mesh, "file", base);
+    } else if (!kind.empty()) {
+        JsonObject mesh = from.object(kind);
+        if (kind != "mesh")
+            result.made = read_made_mesh(mesh, kind);
+        else if (mesh.need("file"))
+            result.mesh = read_path(mesh, "file", base);
         result.placement = read_placement(mesh.object("transform"));
         result.obstacle.shape = std::shared_ptr<const StaticSurface>();
         mesh.finish();
     }
-    result.obstacle.velocity = from.vector("velocity", result.obstacle.velocity);
+    result.obstacle.motion = read_obstacle_motion(from);
     result.obstacle.friction = from.number("friction", result.obstacle.friction, {0, 10, "between 0 and 10"});
-    result.obstacle.start = from.number("start", result.obstacle.start, finite_number);
-    result.obstacle.stop = from.number("stop", result.obstacle.stop, finite_number);
-    if (result.obstacle.stop < result.obstacle.start) from.problem("stop", "must not be before \"start\"");
     from.finish();
     return result;
 }

@@ -23,6 +23,11 @@ Placement read_placement(JsonObject from);
 BallShape read_ball(JsonObject from);
 Region read_region(JsonObject from);
 
+/// When and how a grip moves: its take, release, keyframes and centre, or the short form of one move.
+Grip read_held_motion(JsonObject& from);
+/// The keyframes of an obstacle and their centre, or the short form of a velocity.
+Motion read_obstacle_motion(JsonObject& from);
+
 /// Last part of an object's path: "pins[1]".
 std::string key_of(const JsonObject& object);
 

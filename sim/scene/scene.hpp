@@ -36,8 +36,8 @@ using Region = std::variant<Eigen::AlignedBox3d, BallShape>;
 
 struct SceneGrip {
     std::string key;  // "pins[1]", for messages
-    Region region;
-    Grip motion;  // without nodes
+    Region region;    // at time 0, also of nodes that are taken later
+    Grip grip;        // without nodes
 };
 
 /// A load on a body, or on the part of it in a region.
@@ -94,8 +94,9 @@ struct SceneBody {
 struct SceneObstacle {
     std::string name;            // "obstacles[1]" where the scene gives none
     Obstacle obstacle;           // a mesh's shape is null until make_obstacle()
-    std::filesystem::path mesh;  // empty: no mesh
-    Placement placement;         // placement of the mesh
+    std::filesystem::path mesh;  // empty: no file
+    TriMesh made{};              // without faces: not made by the reader
+    Placement placement;         // of the mesh
 };
 
 /// A rule for two of the scene's bodies, or for a body and an obstacle.

@@ -157,29 +157,24 @@ class SceneCheck {
         }
     }
 
-    /// Of nodes that several hold, the first has all.
+    /// Without those that hold no node, and those that hold nodes of others at the same time.
     std::vector<Grip> checked_grips(std::size_t number, const std::vector<SceneGrip>& grips, const Nodes& x) {
-        std::vector<const SceneGrip*> holder(x.rows(), nullptr);
+        std::vector<const SceneGrip*> kept;
         std::vector<Grip> result;
+        const auto say = [&](const std::string& line) {
+            findings_.problems.push_back(fmt::format("bodies[{}].{}", number, line));
+        };
         for (const SceneGrip& grip : grips) {
-            const std::vector<int> nodes = nodes_in(grip.region, x);
-            const SceneGrip* other = nullptr;
-            result.push_back(grip.motion);
-            for (const int node : nodes) {
-                if (holder[node]) {
-                    if (!other) other = holder[node];
-                    continue;
-                }
-                holder[node] = &grip;
-                result.back().nodes.push_back(node);
-            }
-            const auto say = [&](const std::string& what) {
-                findings_.problems.push_back(fmt::format("bodies[{}].{}: {}", number, grip.key, what));
-            };
-            if (nodes.empty()) say("the region holds no node of the body");
-            if (other) say("contains nodes that " + other->key + " also holds");
+            result.push_back(grip.grip);
+            kept.push_back(&grip);
+            result.back().nodes = nodes_in(grip.region, x);
+            const auto odds = grips_at_odds(result);
+            if (odds) say(at_odds_text(grip.key, kept[odds->first]->key, odds->from));
+            if (result.back().nodes.empty()) say(grip.key + ": the region holds no node of the body");
+            if (!odds && !result.back().nodes.empty()) continue;
+            result.pop_back();
+            kept.pop_back();
         }
-        std::erase_if(result, [](const Grip& grip) { return grip.nodes.empty(); });
         return result;
     }
 

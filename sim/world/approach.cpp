@@ -45,21 +45,25 @@ World::Rejection World::pass_of_ball(double dt) const {
             const BallShape* ball = std::get_if<BallShape>(&obstacles_[o].shape);
             if (!ball || !pairs_.meet(b, party_of_obstacle(o))) continue;
             if (!foreseen) foreseen = foreseen_motion(body, dt);
-            const Eigen::Vector3d centre = ball->centre + displacement_at(obstacles_[o], time_);
-            const Eigen::RowVector3d moves = dt * mean_velocity(obstacles_[o], time_, dt).transpose();
+            const Motion& motion = obstacles_[o].motion;
+            const Placing now = motion.at(time_), then = motion.at(time_ + dt);
+            const Eigen::Vector3d centre = now(ball->centre);
+            const Eigen::RowVector3d moves = (then(ball->centre) - centre).transpose();
+            const double radius = now.scale * ball->radius,
+                         growth = std::max(then.scale - now.scale, 0.0) * ball->radius;
             const Nodes nodes = foreseen->rowwise() - moves;
-            if (longest_row(nodes) <= ball->radius) continue;
+            if (longest_row(nodes) + growth <= radius) continue;
             const Nodes x = embedded(body.shape->W, body.state.x), way = embedded(body.shape->W, nodes);
             double approach = 0;
             for (Eigen::Index v = 0; v < x.rows(); ++v)
                 if (least_distance(x.row(v).transpose() - centre, way.row(v).transpose()) <
-                    ball->radius + thickness())
-                    approach = std::max(approach, way.row(v).norm());
-            if (approach > ball->radius)
+                    radius + growth + thickness())
+                    approach = std::max(approach, way.row(v).norm() + growth);
+            if (approach > radius)
                 return {
                     .reason = fmt::format("body {} and the sphere obstacles[{}] may approach each other by "
                                           "{:.2g} m in a step, allowed: its radius, {:.2g}",
-                                          b, o, approach, ball->radius),
+                                          b, o, approach, radius),
                     .trouble = StepTrouble::approach};
         }
     }

@@ -2,22 +2,18 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 namespace nbd {
 
-Eigen::Vector3d grip_target(const Grip& grip, const Eigen::Vector3d& x0, double time) noexcept {
-    const double past = time - grip.start;
-    const double u = past <= 0 ? 0 : past >= grip.duration ? 1 : past / grip.duration;
-    const double progress = u * u * (3 - 2 * u);
-    const double angle = progress * grip.rotation.norm();
-    const Eigen::Vector3d moved = x0 + progress * grip.translation;
-    if (angle == 0) return moved;
-    const Eigen::AngleAxisd turn(angle, grip.rotation.normalized());
-    return grip.centre + turn * (x0 - grip.centre) + progress * grip.translation;
+bool Grip::holds(double time) const noexcept {
+    constexpr double slack = 1e-9;  // seconds: times of steps are sums
+    return time > take - slack && time < release - slack;
 }
 
 void check_grip(const Grip& grip, int node_count) {
@@ -29,9 +25,34 @@ void check_grip(const Grip& grip, int node_count) {
                                                 node_count - 1));
     if (const auto twice = std::ranges::adjacent_find(sorted); twice != sorted.end())
         throw std::invalid_argument(fmt::format("grip: node {} is named twice", *twice));
-    if (!grip.centre.allFinite() || !grip.translation.allFinite() || !grip.rotation.allFinite() ||
-        !std::isfinite(grip.start) || !(grip.duration >= 0) || std::isnan(grip.release))
-        throw std::invalid_argument("grip: its motion needs finite numbers and a duration >= 0");
+    if (!std::isfinite(grip.take) || !(grip.release >= grip.take))
+        throw std::invalid_argument(
+            fmt::format("grip: it takes its nodes at {} s and releases them at {} s, but must not release "
+                        "them before it takes them",
+                        grip.take, grip.release));
+    try {
+        check_motion(grip.motion);
+    } catch (const std::invalid_argument& error) {
+        throw std::invalid_argument(std::string("grip: ") + error.what());
+    }
+}
+
+std::optional<GripsAtOdds> grips_at_odds(std::span<const Grip> grips) {
+    std::vector<std::vector<int>> sorted;
+    for (const Grip& grip : grips) {
+        sorted.push_back(grip.nodes);
+        std::ranges::sort(sorted.back());
+    }
+    std::vector<int> common;
+    for (std::size_t b = 0; b < grips.size(); ++b)
+        for (std::size_t a = 0; a < b; ++a) {
+            const double from = std::max(grips[a].take, grips[b].take);
+            if (!grips[a].holds(from) || !grips[b].holds(from)) continue;
+            common.clear();
+            std::ranges::set_intersection(sorted[a], sorted[b], std::back_inserter(common));
+            if (!common.empty()) return GripsAtOdds{a, b, common.front(), from};
+        }
+    return std::nullopt;
 }
 
 }  // namespace nbd

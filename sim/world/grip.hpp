@@ -2,30 +2,39 @@
 
 #include <Eigen/Core>
 #include <limits>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "meshing/surface/mesh.hpp"
+#include "sim/obstacles/motion.hpp"
 
 namespace nbd {
 
-/// Nodes that follow a prescribed rigid motion: they translate by `translation` and rotate by `rotation`
-/// about `centre` between `start` and `start + duration`, easing in and out, then stay there until `release`,
-/// when they become free. The default pins the nodes where they are.
+/// Nodes that follow a motion that is told in advance, from `take` until `release`, when they become free.
+/// They are displaced from where they are at `take`. The default pins the nodes where they are at once.
 struct Grip {
-    std::vector<int> nodes{};                                  // distinct rows of the tet nodes
-    Eigen::Vector3d centre = Eigen::Vector3d::Zero();          // metres
-    Eigen::Vector3d translation = Eigen::Vector3d::Zero();     // metres, over the whole motion
-    Eigen::Vector3d rotation = Eigen::Vector3d::Zero();        // axis times angle, radians, likewise
-    double start = 0, duration = 0;                            // seconds; duration 0: at once
-    double release = std::numeric_limits<double>::infinity();  // seconds
+    std::vector<int> nodes{};  // distinct rows of the tet nodes
+    Motion motion{};
+    double take = 0;                                           // seconds
+    double release = std::numeric_limits<double>::infinity();  // seconds, >= take
+
+    /// Whether it holds in a step that begins at `time`.
+    bool holds(double time) const noexcept;
 };
 
-/// Position at `time` of a node that the grip took at x0.
-Eigen::Vector3d grip_target(const Grip& grip, const Eigen::Vector3d& x0, double time) noexcept;
-
-/// Throws std::invalid_argument for a node outside 0 .. node_count - 1 or named twice, a non-finite number,
-/// or a negative duration.
+/// Throws std::invalid_argument for a node outside 0 .. node_count - 1 or named twice, and for times and a
+/// motion that cannot be.
 void check_grip(const Grip& grip, int node_count);
+
+/// Two grips that hold a node at the same time.
+struct GripsAtOdds {
+    std::size_t first = 0, second = 0;  // their numbers
+    int node = 0;
+    double from = 0;  // seconds
+};
+/// The first such two; none: every node has one holder at a time.
+std::optional<GripsAtOdds> grips_at_odds(std::span<const Grip> grips);
 
 /// Nodes of a body that are moved from outside, step by step: from their places at `start` on straight lines
 /// to their targets at `end`, where they stay.

@@ -7,8 +7,14 @@
 
 namespace nbd {
 
-/// Fixes from where and until when driven nodes move that were given targets since the last step.
+/// Fixes from where and until when driven nodes and obstacles move that were given targets since the last
+/// step.
 void World::start_driving(double dt) {
+    for (const auto& [obstacle, place] : next_places_) {
+        Motion& motion = obstacles_[obstacle].motion;
+        motion.go_to(place, time_, time_ + dt);
+        barrier().motion_of(obstacle) = motion;
+    }
     for (Body& body : bodies_) {
         DrivenNodes& driven = body.driven;
         if (driven.end > driven.start) continue;
@@ -16,6 +22,14 @@ void World::start_driving(double dt) {
         driven.start = time_;
         driven.end = time_ + dt;
     }
+}
+
+/// At the begin of a part: grips whose time has come take their nodes where these are.
+void World::take_nodes() {
+    for (Body& body : bodies_)
+        for (std::size_t g = 0; g < body.grips.size(); ++g)
+            if (body.grip_start[g].rows() == 0 && body.grips[g].holds(time_))
+                body.grip_start[g] = body.state.x(body.grips[g].nodes, Eigen::all);
 }
 
 PrescribedNodes World::prescribed(const Body& body, double dt) const {
@@ -28,11 +42,10 @@ PrescribedNodes World::prescribed(const Body& body, double dt) const {
     };
     for (std::size_t g = 0; g < body.grips.size(); ++g) {
         const Grip& grip = body.grips[g];
-        if (time_ >= grip.release) continue;
-        for (std::size_t k = 0; k < grip.nodes.size(); ++k) {
-            const Eigen::Vector3d x0 = body.grip_start[g].row(k);
-            add(grip.nodes[k], grip_target(grip, x0, time_ + dt));
-        }
+        if (!grip.holds(time_)) continue;
+        const Placing placing = grip.motion.at(time_ + dt);
+        for (std::size_t k = 0; k < grip.nodes.size(); ++k)
+            add(grip.nodes[k], placing(body.grip_start[g].row(k)));
     }
     const std::vector<int> gripped = result.nodes;  // after a restore, some driven nodes may be gripped again
     for (std::size_t k = 0; k < body.driven.nodes.size(); ++k)

@@ -41,10 +41,8 @@ class StartCheck::Surface {
     /// Signed distance of a point; nullopt where it is more than `reach` outside, or the surface is open.
     std::optional<double> distance(const Eigen::Vector3d& p, double reach) {
         if (!std::exchange(solid_is_made_, true)) {
-            try {
-                solid_ = std::make_unique<StaticSurface>(mesh);
-            } catch (const std::invalid_argument&) {  // an open surface around a cage
-            }
+            solid_ = std::make_unique<StaticSurface>(mesh);
+            if (solid_->is_open()) solid_.reset();  // an obstacle of two sides, or around a cage
         }
         if (!solid_) return std::nullopt;
         const auto found = solid_->distance(p, reach);
@@ -148,7 +146,9 @@ std::vector<StartFault> StartCheck::with_obstacle(int number, const std::string&
     std::unique_ptr<Surface> solid;  // one for all bodies: a large mesh may lie under many
     if (const auto* shape = std::get_if<std::shared_ptr<const StaticSurface>>(&obstacle.shape)) {
         TriMesh mesh = (*shape)->mesh();
-        mesh.X.rowwise() += displacement_at(obstacle, 0).transpose();
+        const Placing start = obstacle.motion.at(0);
+        for (Eigen::Index i = 0; i < mesh.X.rows(); ++i)
+            mesh.X.row(i) = start(mesh.X.row(i).transpose()).transpose();
         solid = std::make_unique<Surface>(label, std::move(mesh), origin_, true);
     }
     std::vector<StartFault> faults;
@@ -168,11 +168,12 @@ std::optional<StartFault> StartCheck::check(Surface& body, const std::string& la
         if (const auto found = signed_distance(obstacle, body.mesh.X.row(i).transpose(), 0, nearly * size))
             least = std::min(least, found->distance);
     if (const BallShape* ball = std::get_if<BallShape>(&obstacle.shape)) {
-        const Eigen::Vector3d centre = ball->centre + displacement_at(obstacle, 0);
-        const double reach = ball->radius + nearly * size;
+        const Placing start = obstacle.motion.at(0);
+        const Eigen::Vector3d centre = start(ball->centre);
+        const double radius = start.scale * ball->radius, reach = radius + nearly * size;
         if (body.box.exteriorDistance(centre) <= reach)
             if (const auto distance = body.distance(centre, reach))
-                least = std::min(least, *distance - ball->radius);
+                least = std::min(least, *distance - radius);
     }
     if (least < -slight * size)
         return fault(true, body, fmt::format("is {:.3g} m deep in {} at the start", -least, label));

@@ -74,7 +74,7 @@ Nodes World::first_iterate(const Body& body) const { return body.state.v / step_
 /// Whether some of its nodes have prescribed velocities.
 bool World::is_held(const Body& body) const {
     return !body.driven.nodes.empty() || std::ranges::any_of(body.grips, [&](const Grip& grip) {
-        return time_ < grip.release && !grip.nodes.empty();
+        return grip.holds(time_) && !grip.nodes.empty();
     });
 }
 
@@ -148,7 +148,7 @@ void World::take_holding(Body& body, const Nodes& holding) const {
 /// w: the solution of the step. impulses: those of its contacts on the nodes, stacked. The inner forces that
 /// the next step needs are what balances the motion: where elements are stiff, forces evaluated at its end
 /// would be mostly what they make of the solver's errors. Held nodes keep the velocity of their straight way;
-/// those of a grip that jumps, none.
+/// those of a grip that stands or jumps, none.
 void World::advance(int index, const Nodes& w, const Eigen::VectorXd& impulses) {
     Body& body = at(index);
     const auto [dt, factor] = step_;
@@ -167,7 +167,7 @@ void World::advance(int index, const Nodes& w, const Eigen::VectorXd& impulses) 
     const Nodes solved = now(held, Eigen::all);
     for (const int node : held) now.row(node) = (x.row(node) - body.state.x.row(node)) / dt;
     for (const Grip& grip : body.grips)
-        if (grip.duration == 0 && time_ < grip.release)
+        if (grip.holds(time_) && grip.motion.rests(time_, time_ + dt))
             for (const int node : grip.nodes) now.row(node).setZero();
     for (std::size_t k = 0; k < held.size(); ++k)  // what gives held nodes the velocity of their way
         body.holding.row(k) +=

@@ -77,13 +77,13 @@ int World::add_body(WorldBody body) {
         throw std::invalid_argument(
             fmt::format("world: a body's state needs {} finite positions and velocities", nodes));
     std::vector<Nodes> grip_start;
-    Grip all;
     for (const Grip& grip : body.grips) {
         check_grip(grip, nodes);
-        all.nodes.insert(all.nodes.end(), grip.nodes.begin(), grip.nodes.end());
-        grip_start.push_back(body.state.x(grip.nodes, Eigen::all));
+        grip_start.push_back(grip.take <= time_ ? Nodes(body.state.x(grip.nodes, Eigen::all)) : Nodes(0, 3));
     }
-    check_grip(all, nodes);  // no node may be in two grips
+    if (const auto odds = grips_at_odds(body.grips))
+        throw std::invalid_argument(fmt::format("world: grips {} and {} of a body both hold node {} at {} s",
+                                                odds->first, odds->second, odds->node, odds->from));
     std::unique_ptr<PosedTree> tree;
     if (body.tree) {
         if (body.tree->vertex_count != body.W.rows() || body.tree->faces != body.F)
@@ -114,6 +114,7 @@ int World::add_body(WorldBody body) {
                        .loads = std::move(loads),
                        .outer_before = {},
                        .outer_end = {},
+                       .added = time_,
                        .grips = std::move(body.grips),
                        .grip_start = std::move(grip_start),
                        .added_at = std::move(added_at)});
@@ -131,7 +132,7 @@ void World::drive(int body, std::vector<int> nodes, Nodes targets) {
     if (!targets.allFinite()) throw std::invalid_argument("world: a target of driven nodes is not finite");
     std::vector<char> is_taken(count, 0);
     for (const Grip& grip : driven.grips)
-        for (const int node : grip.nodes) is_taken[node] = time_ < grip.release;
+        for (const int node : grip.nodes) is_taken[node] |= static_cast<char>(grip.holds(time_));
     for (const int node : nodes) {
         if (node < 0 || node >= count)
             throw std::invalid_argument(
@@ -157,6 +158,21 @@ void World::set_pair(int a, int b, const PairRule& rule) {
                                                     party < 0 ? party_of_obstacle(party) : party,
                                                     party < 0 ? obstacles_.size() : bodies_.size()));
     pairs_.set(a, b, rule);
+    forget_parts();
+}
+
+void World::move_obstacle(int obstacle, Keyframe place) {
+    if (obstacle < 0 || obstacle >= std::ssize(obstacles_))
+        throw std::invalid_argument(
+            fmt::format("world: obstacle {} is not one of its {}", obstacle, obstacles_.size()));
+    place.time = 0;
+    check_motion({.keyframes = {place}});
+    next_places_[obstacle] = place;
+    Motion& motion = obstacles_[obstacle].motion;
+    if (!motion.stands()) return;
+    // What is held may touch an obstacle that stands for ever; now it is known that this one does not. The
+    // step sets when it is there.
+    motion.go_to(place, time_, time_ + 1);
     forget_parts();
 }
 
@@ -215,13 +231,23 @@ WorldSnapshot World::snapshot() const {
         snapshot.before.push_back(body.before.value_or(PastStep{}));
     }
     snapshot.stretches = friction_memory_.stretches();
+    bool is_any_taken = false;
+    for (const Body& body : bodies_) {
+        std::vector<Nodes>& taken = snapshot.taken_at.emplace_back();
+        for (std::size_t g = 0; g < body.grips.size(); ++g) {
+            taken.push_back(body.takes_later(g) ? body.grip_start[g] : Nodes(0, 3));
+            is_any_taken = is_any_taken || taken.back().rows() > 0;
+        }
+    }
+    if (!is_any_taken) snapshot.taken_at.clear();
     return snapshot;
 }
 
 void World::restore(const WorldSnapshot& snapshot) {
     if (std::ssize(snapshot.bodies) != body_count() ||
         (!snapshot.inner_forces.empty() && snapshot.inner_forces.size() != snapshot.bodies.size()) ||
-        (!snapshot.before.empty() && snapshot.before.size() != snapshot.bodies.size()))
+        (!snapshot.before.empty() && snapshot.before.size() != snapshot.bodies.size()) ||
+        (!snapshot.taken_at.empty() && snapshot.taken_at.size() != snapshot.bodies.size()))
         throw std::invalid_argument(
             fmt::format("world: a snapshot of {} bodies for {}", snapshot.bodies.size(), body_count()));
     for (int b = 0; b < body_count(); ++b) {
@@ -233,7 +259,8 @@ void World::restore(const WorldSnapshot& snapshot) {
         const Nodes forces = snapshot.inner_forces.empty() ? Nodes{} : snapshot.inner_forces[b];
         const bool is_known = before.v.size() > 0 || before.inner_forces.size() > 0;
         if (!fits(state.x) || !fits(state.v) || (forces.size() > 0 && !fits(forces)) ||
-            (is_known && !(fits(before.v) && fits(before.inner_forces) && snapshot.dt_before > 0)))
+            (is_known && !(fits(before.v) && fits(before.inner_forces) && snapshot.dt_before > 0)) ||
+            (!snapshot.taken_at.empty() && !at(b).could_take(snapshot.taken_at[b])))
             throw std::invalid_argument(fmt::format("world: the snapshot of body {} does not fit it", b));
     }
     const FrictionStretches& stretches = snapshot.stretches;
@@ -258,12 +285,26 @@ void World::restore(const WorldSnapshot& snapshot) {
     }
 }
 
+/// Whether these may be the places at which its grips took their nodes later.
+bool World::Body::could_take(const std::vector<Nodes>& places) const {
+    if (places.size() != grips.size()) return false;
+    for (std::size_t g = 0; g < grips.size(); ++g) {
+        const Eigen::Index rows = places[g].rows();
+        const bool fits = rows == 0 || (takes_later(g) && rows == std::ssize(grips[g].nodes));
+        if (!fits || !places[g].allFinite()) return false;
+    }
+    return true;
+}
+
 void World::reset(const WorldSnapshot& snapshot) {
     for (int b = 0; b < body_count(); ++b) {
         at(b).state = snapshot.bodies[b];
         at(b).inner_forces = snapshot.inner_forces.empty() ? Nodes{} : snapshot.inner_forces[b];
         at(b).before.reset();
         if (!snapshot.before.empty() && snapshot.before[b].v.size() > 0) at(b).before = snapshot.before[b];
+        for (std::size_t g = 0; g < at(b).grips.size(); ++g)
+            if (at(b).takes_later(g))
+                at(b).grip_start[g] = snapshot.taken_at.empty() ? Nodes(0, 3) : snapshot.taken_at[b][g];
     }
     time_ = snapshot.time;
     dt_before_ = snapshot.dt_before;

@@ -4,6 +4,7 @@
 #include <array>
 #include <functional>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -103,6 +104,9 @@ struct WorldSnapshot {
     std::vector<Nodes> inner_forces;
     std::vector<PastStep> before;
     FrictionStretches stretches;
+    // Where grips took their nodes that take them after the body was added: [bodies][grips][nodes, 3],
+    // metres, without rows of the others and of those that have not taken them. Empty: none have.
+    std::vector<std::vector<Nodes>> taken_at;
 };
 
 /// A body that was moved as a whole.
@@ -162,6 +166,13 @@ class World {
     /// snapshots as outer forces. Throws std::invalid_argument for a node out of range, named twice or in a
     /// grip, and for targets of another shape or not finite.
     void drive(int body, std::vector<int> nodes, Nodes targets);
+
+    /// Moves an obstacle evenly in the next step, to a place that is displaced from its own, and ends what
+    /// was told of its motion for later: it stays there. The time of `place` does not count; the centre of
+    /// turns and scales is that of its motion. It turns the shortest way. As little a part of snapshots as
+    /// outer forces. Throws std::invalid_argument for an obstacle that there is not, and numbers as
+    /// check_motion().
+    void move_obstacle(int obstacle, Keyframe place);
 
     /// Face pairs of two bodies at most `distance` apart in the current pose, metres, >= 0, found with the
     /// bodies' bounds, in single precision. Throws std::invalid_argument where one of them has no tree.
@@ -229,12 +240,18 @@ class World {
         // Outer forces in the part with loads, [N, 3] N: with the weights of the rates before it, and at its
         // end, as they were last linearised.
         Nodes outer_before, outer_end;
+        double added = 0;  // when, seconds
         std::vector<Grip> grips;
-        std::vector<Nodes> grip_start;  // per grip, positions at which it took its nodes
-        Nodes added_at;                 // positions of all nodes then; empty: it has no grips
+        // Per grip, positions at which it took its nodes; no rows: it has not.
+        std::vector<Nodes> grip_start;
+        Nodes added_at;  // positions of all nodes then; empty: it has no grips
         DrivenNodes driven{};
         double energy = 0;  // elastic, joules, at the end of the last step
         Vertices posed{};   // what its trees' poses read
+
+        /// Whether a grip takes its nodes after the body was added.
+        bool takes_later(std::size_t grip) const { return grips[grip].take > added; }
+        bool could_take(const std::vector<Nodes>& places) const;
     };
     /// One of the equal parts of a step.
     struct StepPart {
@@ -314,6 +331,7 @@ class World {
 
     // linearisation.cpp
     void start_driving(double dt);
+    void take_nodes();
     PrescribedNodes prescribed(const Body& body, double dt) const;
     Eigen::VectorXd stacked(Nodes (World::*velocities)(const Body&) const,
                             const std::vector<PrescribedNodes>& given) const;
@@ -351,6 +369,7 @@ class World {
     std::vector<int> first_unknown_{0};
     std::vector<Obstacle> obstacles_;
     PairRules pairs_;
+    std::map<int, Keyframe> next_places_;  // of obstacles, in the next step
     PairQuery query_;
     FrictionMemory friction_memory_;
     std::vector<Contact> contacts_;  // of solver_

@@ -12,12 +12,6 @@
 namespace nbd {
 namespace {
 
-/// Whether a grip holds its nodes in their place for ever.
-bool stays(const Grip& grip) {
-    return grip.translation.isZero(0) && grip.rotation.isZero(0) &&
-           grip.release == std::numeric_limits<double>::infinity();
-}
-
 /// Whether each vertex hangs on these nodes alone.
 std::vector<char> hanging_on(const std::vector<char>& nodes, const Embedding& W) {
     std::vector<char> hangs(W.rows(), 1);
@@ -41,15 +35,20 @@ Barrier& World::barrier() {
     return *barrier_;
 }
 
-/// By its grips. Driven nodes are told from step to step.
+/// By the grips that have its nodes from the first. Driven nodes are told from step to step.
 HeldPose World::held_pose(const Body& body) {
     if (body.added_at.size() == 0) return {};
     std::vector<char> held(body.added_at.rows(), 0), staying = held;
-    for (const Grip& grip : body.grips)
+    for (std::size_t g = 0; g < body.grips.size(); ++g) {
+        const Grip& grip = body.grips[g];
+        if (body.takes_later(g)) continue;
+        const bool is_for_ever =
+            grip.motion.stays() && grip.release == std::numeric_limits<double>::infinity();
         for (const int node : grip.nodes) {
             held[node] = 1;
-            staying[node] = stays(grip);
+            staying[node] = is_for_ever;
         }
+    }
     return {body.added_at, hanging_on(held, body.shape->W), hanging_on(staying, body.shape->W)};
 }
 

@@ -50,6 +50,7 @@ void World::take_step(double dt, WorldReport& report) {
         take_parts(dt, start, report);
         measure(report);
         tell_trouble(report);
+        next_places_.clear();
     } catch (...) {
         take_back(start);
         for (Body& body : bodies_)  // nodes driven in this step move in the next one
@@ -224,6 +225,7 @@ World::Rejection World::solve_safely(const StepPart& part, Eigen::VectorXd& v, W
 
 /// Advances by one part.
 World::Rejection World::try_part(const StepPart& part, WorldReport& report) {
+    take_nodes();
     choose_steps(part.dt);
     Rejection rejection = pass_of_ball(part.dt);
     if (rejection && !part.finest) return rejection;

@@ -97,7 +97,7 @@ TEST_F(ContactEdges, WithObstaclesAreFacesWithAVertexNearThem) {
     const std::vector<Obstacle> planes{
         {.shape = PlaneShape{.point = {0, 0, -0.17}, .normal = Eigen::Vector3d::UnitZ()}},
         {.shape = PlaneShape{.point = {1.2, 0, 0}, .normal = -Eigen::Vector3d::UnitX()},
-         .velocity = {-0.1, 0, 0}}};
+         .motion = travel({-0.1, 0, 0})}};
     ContactEdgeFinder finder({surface_}, {0}, planes);
     const Vertices x = on_surface(bent(0));
     for (const double time : {0.0, 3.0}) {

@@ -70,6 +70,26 @@ TEST(SlopeScenes, TheBlockSlidesAsFastAsFrictionLets) {
     EXPECT_NEAR(from_ways, rate, 0.1 * rate);  // the material's damping slows it down a little
 }
 
+TEST(GripperScene, LiftsAndCarriesTheEggAndLetsItGo) {
+    const TemporaryFolder folder;
+    const Ran ran =
+        run(folder / "", "simulate " NBD_ASSETS "/scenes/gripper.json -o run.h5 --obj frames --quiet");
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    // Frames are 50 ms apart.
+    const auto surface = [&](const std::string& body, int frame) {
+        return read_surface(folder / fmt::format("frames/{}_{:06d}.obj", body, frame)).X;
+    };
+    const auto egg = [&](int frame) -> Eigen::RowVector3d {
+        return surface("0_egg", frame).colwise().mean();
+    };
+    EXPECT_NEAR(egg(60).z() - egg(10).z(), 0.2, 0.01) << "lifted";
+    EXPECT_NEAR(egg(60).y() - egg(10).y(), 0.2, 0.01) << "carried";
+    for (int frame = 60; frame <= 120; ++frame)
+        EXPECT_LT((egg(frame) - egg(60)).norm(), 1e-3) << "it slips in frame " << frame;
+    EXPECT_GT(surface("0_egg", 120).col(2).minCoeff(), 0.19);
+    EXPECT_LT(surface("0_egg", 140).col(2).minCoeff(), 0.02) << "let go";
+}
+
 INSTANTIATE_TEST_SUITE_P(All, SceneExample, ::testing::ValuesIn(scenes()),
                          [](const auto& info) { return info.param; });
 

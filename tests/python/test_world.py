@@ -66,6 +66,32 @@ def test_driven_nodes_carry_the_body(beam):
     world.step(0.01)
 
 
+def test_a_moved_obstacle_goes_where_it_is_told(beam):
+    top = beam.surface_X[:, 2].max()
+    plate = {"plane": {"point": [0, 0, top + 0.001], "normal": [0, 0, -1]}, "centre": [0, 0, top]}
+    scene = {"bodies": [{"body": beam}], "gravity": [0, 0, 0], "obstacles": [plate], "time": {"dt": 0.01}}
+    told, moved = nbd.World(scene), nbd.World(scene)
+    scene["obstacles"][0]["motion"] = [
+        {"time": 0, "interpolation": "linear"},
+        {"time": 0.2, "translate": [0, 0, -0.02], "rotate": {"axis": [0, 1, 0], "degrees": 2}},
+    ]
+    by_scene = nbd.World(scene)
+    for step in range(20):
+        share = (step + 1) / 20
+        moved.move_obstacle(0, (0, 0, -0.02 * share), [0, np.radians(2) * share, 0])
+        for world in (told, moved, by_scene):
+            assert world.step().failure == ""
+    assert moved.positions()[:, 2].mean() < told.positions()[:, 2].mean() - 0.005
+    assert np.allclose(moved.positions(), by_scene.positions(), atol=1e-6)
+    for call, text in [
+        (lambda: moved.move_obstacle(1), "obstacle 1 is not one of its 1"),
+        (lambda: moved.move_obstacle(0, scale=0), "its scale is not positive"),
+        (lambda: moved.move_obstacle(0, (0, 0, float("nan"))), "is not finite"),
+    ]:
+        with refused(ValueError, text):
+            call()
+
+
 def test_a_snapshot_continues_with_the_same_bits(beam):
     world = nbd.World(falling_beams(beam))
     for _ in range(30):

@@ -98,8 +98,8 @@ std::vector<SimulateScene> simulate_scenes(const Body& body,
     extent.maxCoeff(&axis);
     twist.body.grips = {{.nodes = end_nodes(X, axis, false)},
                         {.nodes = end_nodes(X, axis, true),
-                         .rotation = std::numbers::pi * Eigen::Vector3d::Unit(axis),
-                         .duration = 60 * twist.dt}};
+                         .motion = eased({.rotation = std::numbers::pi * Eigen::Vector3d::Unit(axis),
+                                          .duration = 60 * twist.dt})}};
 
     SimulateScene& drop = scenes[2];
     drop.name = "drop";

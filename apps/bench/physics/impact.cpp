@@ -110,10 +110,10 @@ PhysicsOutcome hertz(const PhysicsCase& c) {
     const double dt = 20 * R / speed_of_sound(c), start = 1.01 * R;
     constexpr int steps = 40, more = 10;
     for (const int side : {-1, 1})
-        world.add_obstacle({.shape = PlaneShape{.point = {0, 0, side * start}, .normal = {0, 0, -1.0 * side}},
-                            .velocity = {0, 0, -side * (start - R + depth) / (steps * dt)},
-                            .friction = 0,
-                            .stop = steps * dt});
+        world.add_obstacle(
+            {.shape = PlaneShape{.point = {0, 0, side * start}, .normal = {0, 0, -1.0 * side}},
+             .motion = travel({0, 0, -side * (start - R + depth) / (steps * dt)}, 0, steps * dt),
+             .friction = 0});
     advance(world, dt, steps + more);
     // Of both plates: each pushes with half the sum of the sizes of the nodes' forces along z.
     const double force = world.contact_forces(0).col(2).cwiseAbs().sum() / 2;

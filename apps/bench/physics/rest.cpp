@@ -154,7 +154,7 @@ PhysicsOutcome roll(const PhysicsCase& c) {
 PhysicsOutcome belt(const PhysicsCase& c) {
     constexpr double mu = 0.3, speed = 1;
     Obstacle moving = floor_plane(mu);
-    moving.velocity = {speed, 0, 0};
+    moving.motion = travel({speed, 0, 0});
     World world =
         world_of(c, config_of(), {Solid(cube(c), plain_material(c)).at({0, 0, 0.51 * c.size})}, {moving});
     const double mass = world.elastic(0).mass(), time_to_speed = speed / (mu * standard_gravity);

@@ -38,7 +38,8 @@ class Loaded {
         WorldBody body = alone(elastic_);
         if (!by) body.grips = {{.nodes = held_}};
         for (std::size_t k = 0; by && k < held_.size(); ++k)
-            body.grips.push_back({.nodes = {held_[k]}, .translation = by(X().row(held_[k]))});
+            body.grips.push_back(
+                {.nodes = {held_[k]}, .motion = eased({.translation = by(X().row(held_[k]))})});
         world.add_body(std::move(body));
         if (forces.size() > 0) world.forces(0) = forces;
         advance(world, 1e5);

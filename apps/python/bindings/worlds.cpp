@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <array>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -208,8 +209,22 @@ void bind_state(py::class_<WorldObject>& world) {
             "Moves nodes to targets [nodes, 3], counted from `origin`, in the next step and holds them "
             "there until the next call, which replaces them. No nodes: frees all.")
         .def(
+            "move_obstacle",
+            [](const UsedWorld& self, int obstacle, const std::array<double, 3>& translation,
+               const std::array<double, 3>& rotation, double scale) {
+                self->world.move_obstacle(obstacle, {.translation = Eigen::Vector3d(translation.data()),
+                                                     .rotation = Eigen::Vector3d(rotation.data()),
+                                                     .scale = scale});
+            },
+            py::arg("obstacle"), py::arg("translation") = std::array<double, 3>{},
+            py::arg("rotation") = std::array<double, 3>{}, py::arg("scale") = 1.0,
+            "Moves an obstacle evenly in the next step to where this displaces it from its place in the scene: "
+            "scaled, turned by rotation (axis times angle, radians; the shortest way) about the `centre` of its "
+            "motion, then moved, metres. It stays there until the next call; its motion in the scene ends. "
+            "Not a part of snapshots: after a restore, tell it again before each step.")
+        .def(
             "snapshot", [](const UsedWorld& self) { return self->world.snapshot(); },
-            "The state now, without outer forces and driven nodes.")
+            "The state now, without outer forces, driven nodes and moved obstacles.")
         .def(
             "restore",
             [](const UsedWorld& self, const WorldSnapshot& snapshot) { self->change().restore(snapshot); },

@@ -53,7 +53,7 @@ class Live {
 }
 
 /** Adds what a frame brings to the facts of the page: its time, its pairs, and the ranges of scalars so far. */
-function addFacts(facts, {times, numbers, pairs, scalars, shifts}) {
+function addFacts(facts, {times, numbers, pairs, scalars, places}) {
     facts.numbers.push(...numbers);
     for (const [name, counts] of Object.entries(pairs)) facts.pairs[name].push(...counts);
     for (const {name, max, usual} of scalars) {
@@ -61,7 +61,9 @@ function addFacts(facts, {times, numbers, pairs, scalars, shifts}) {
         known.max = Math.max(known.max, max);
         known.usual = Math.max(known.usual, usual);
     }
-    facts.obstacles.forEach((obstacle, i) => obstacle.shifts.push(...shifts[i]));
+    facts.obstacles.forEach((obstacle, i) => {
+        for (const key of ["shifts", "turns", "scales"]) obstacle[key].push(...places[i][key]);
+    });
     facts.times.push(...times);
 }
 

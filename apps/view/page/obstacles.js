@@ -45,10 +45,10 @@ class Obstacles {
             if (shape === "plane" || !shifts.length) return;
             const geometry = this.groups[i].children[0].geometry, own = new THREE.Box3(), way = all.clone();
             geometry.computeBoundingBox();
-            for (const shift of shifts) {
-                own.copy(geometry.boundingBox).translate(new THREE.Vector3(...shift));
+            shifts.forEach((_, frame) => {
+                own.copy(geometry.boundingBox).applyMatrix4(this.place(i, frame));
                 way.union(own);
-            }
+            });
             if (way.getSize(new THREE.Vector3()).length() <= most) all.copy(way);
         });
         return all;
@@ -67,9 +67,16 @@ class Obstacles {
         });
     }
 
+    place(i, frame) {
+        const {shifts, turns, scales} = this.facts[i], scale = scales[frame];
+        return new THREE.Matrix4().compose(new THREE.Vector3(...shifts[frame]), new THREE.Quaternion(...turns[frame]),
+                                           new THREE.Vector3(scale, scale, scale));
+    }
+
     move(frame) {
         this.facts.forEach(({shifts}, i) => {
-            if (shifts.length) this.groups[i].position.set(...shifts[frame]);
+            const group = this.groups[i];
+            if (shifts.length) this.place(i, frame).decompose(group.position, group.quaternion, group.scale);
         });
     }
 }

@@ -109,7 +109,7 @@ class BarrierTest : public ::testing::Test {
     BarrierTest() : barrier_({}, reach) {
         const auto shape = std::make_shared<const ContactShape>(box_.W, box_.surface.F, box_.tets.X);
         for (int b = 0; b < 2; ++b) barrier_.add_body(shape, box_.tets, 1e5);
-        barrier_.add_obstacle({.shape = PlaneShape{.point = {0, 0, -0.53}}, .velocity = {0, 0, 1}});
+        barrier_.add_obstacle({.shape = PlaneShape{.point = {0, 0, -0.53}}, .motion = travel({0, 0, 1})});
         barrier_.add_obstacle({.shape = BallShape{.centre = {-0.9, 0, 0}, .radius = 0.375}});
         TriMesh wall = box_.surface;
         wall.X.col(1).array() += 1.04;

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <numbers>
 #include <set>
 #include <span>
 #include <string>
@@ -33,7 +34,10 @@ const std::string full = R"({
      "pins": [{"sphere": {"centre": [1, 2, 3], "radius": 0.1}},
               {"box": {"min": [7, 7, 7], "max": [8, 8, 8]}}],
      "grips": [{"region": {"sphere": {"centre": [5, 5, 5], "radius": 1}}}, {"region": {"box": {"min": [0, 0, 0], "max": [1, 1, 1]}}, "translate": [0, 0, 1],
-                "rotate": {"axis": [1, 0, 0], "degrees": 180}, "duration": 2, "release": 3}],
+                "rotate": {"axis": [1, 0, 0], "degrees": 180}, "duration": 2, "release": 3},
+               {"region": {"sphere": {"centre": [7, 7, 7], "radius": 1}}, "take": 4, "centre": [1, 2, 3],
+                "motion": [{"time": 4}, {"time": 5, "translate": [0, 0, 1], "rotate": {"axis": [0, 2, 0], "degrees": 720},
+                            "scale": 2, "interpolation": "linear"}, {"time": 6, "translate": [0, 0, 2]}]}],
      "loads": [{"force": [1, 2, 3], "region": {"sphere": {"centre": [5, 5, 5], "radius": 1}}, "factor": [[0, 0], [1.5, 2]]},
                {"torque": [0, 0, 4], "region": {"box": {"min": [0, 0, 0], "max": [1, 1, 1]}}}, {"acceleration": [0, 5, 0]}, {"pressure": 600}]},
     {"surface": "/abs/b.obj", "transform": {"scale": 0.5},
@@ -42,7 +46,12 @@ const std::string full = R"({
   ],
   "obstacles": [{"name": "floor", "plane": {"normal": [0, 0, 3]}, "friction": 0.7},
                 {"sphere": {"centre": [0, 0, 5], "radius": 2}, "velocity": [0, 1, 0], "start": 1, "stop": 2.5},
-                {"mesh": {"file": "rock.obj", "transform": {"scale": 2}}}],
+                {"mesh": {"file": "rock.obj", "transform": {"scale": 2}}},
+                {"box": {"size": [1, 2, 3], "transform": {"scale": 2}}, "centre": [0, 1, 0],
+                 "motion": [{"time": 1, "translate": [0, 0, 1]}]},
+                {"cylinder": {"radius": 1, "length": 2, "segments": 12}},
+                {"capsule": {"radius": 1, "length": 2}},
+                {"heights": {"spacing": 0.5, "table": [[0, 1, 0], [0, 2, 0]]}}],
   "gravity": [0, -9.81, 0],
   "contact": {"stiffness_scale": 2, "friction": 0.1, "thickness": 0.005,
     "pairs": [{"bodies": ["first", "c"], "friction": 0.3}, {"bodies": ["b", "b"], "meet": false},
@@ -80,10 +89,21 @@ TEST(Scene, ReadsEveryKey) {
     EXPECT_EQ(std::get<Eigen::AlignedBox3d>(a.regions[2].where).max(), Eigen::Vector3d(1, 1, 1));
     EXPECT_EQ(spec.step.integrator, TimeIntegrator::backward_euler);
     EXPECT_EQ(spec.step.tangent, Tangent::full);
-    ASSERT_EQ(a.grips.size(), 4u);  // pins first
+    ASSERT_EQ(a.grips.size(), 5u);  // pins first
     EXPECT_DOUBLE_EQ(std::get<BallShape>(a.grips[0].region).radius, 0.1);
-    EXPECT_NEAR(a.grips[3].motion.rotation.x(), 3.14159265, 1e-8);
-    EXPECT_DOUBLE_EQ(a.grips[3].motion.release, 3);
+    EXPECT_NEAR(a.grips[3].grip.motion.keyframes.back().rotation.x(), 3.14159265, 1e-8);
+    EXPECT_DOUBLE_EQ(a.grips[3].grip.release, 3);
+    const Grip& later = a.grips[4].grip;
+    EXPECT_EQ(later.take, 4);
+    EXPECT_EQ(later.motion.centre, Eigen::Vector3d(1, 2, 3));
+    ASSERT_EQ(later.motion.keyframes.size(), 3u);
+    const Keyframe &turned = later.motion.keyframes[1], &last = later.motion.keyframes[2];
+    EXPECT_LT((turned.rotation - Eigen::Vector3d(0, 4 * std::numbers::pi, 0)).norm(), 1e-12);
+    EXPECT_EQ(turned.to_next, Interpolation::linear);
+    EXPECT_EQ(last.to_next, Interpolation::smooth);
+    EXPECT_EQ(last.translation, Eigen::Vector3d(0, 0, 2));
+    EXPECT_EQ(last.rotation, turned.rotation) << "as in the keyframe before";
+    EXPECT_EQ(last.scale, 2);
     ASSERT_EQ(a.loads.size(), 4u);
     EXPECT_EQ(a.loads[0].load.kind, LoadKind::force);
     EXPECT_EQ(a.loads[0].load.value, Eigen::Vector3d(1, 2, 3));
@@ -108,11 +128,15 @@ TEST(Scene, ReadsEveryKey) {
     EXPECT_EQ(b.bounds, BoundKind::automatic);
     EXPECT_EQ(spec.bodies[2].source, BodySource::tets);
     EXPECT_EQ(spec.bodies[2].meshing.levels, 1);
-    ASSERT_EQ(spec.obstacles.size(), 3u);
+    ASSERT_EQ(spec.obstacles.size(), 7u);
     EXPECT_EQ(std::get<PlaneShape>(spec.obstacles[0].obstacle.shape).normal, Eigen::Vector3d::UnitZ());
     EXPECT_DOUBLE_EQ(spec.obstacles[0].obstacle.friction, 0.7);
     EXPECT_DOUBLE_EQ(std::get<BallShape>(spec.obstacles[1].obstacle.shape).radius, 2);
     EXPECT_EQ(spec.obstacles[2].mesh, std::filesystem::path("folder/rock.obj"));
+    EXPECT_EQ(spec.obstacles[3].made.X.colwise().maxCoeff(), Eigen::RowVector3d(0.5, 1, 1.5));
+    EXPECT_EQ(spec.obstacles[3].obstacle.motion.centre, Eigen::Vector3d(0, 1, 0));
+    EXPECT_EQ(spec.obstacles[4].made.X.rows(), 26);
+    EXPECT_EQ(spec.obstacles[6].made.X.row(4), Eigen::RowVector3d(0.5, 0.5, 2));
     EXPECT_EQ(spec.gravity, Eigen::Vector3d(0, -9.81, 0));
     EXPECT_DOUBLE_EQ(spec.contact.thickness, 0.005);
     ASSERT_EQ(spec.pairs.size(), 4u);
@@ -128,8 +152,10 @@ TEST(Scene, ReadsEveryKey) {
     expect_pair(3, 1, party_of_obstacle(1), false, std::nullopt);
     EXPECT_EQ(spec.obstacles[0].name, "floor");
     EXPECT_EQ(spec.obstacles[2].name, "obstacles[2]");
-    EXPECT_EQ(spec.obstacles[1].obstacle.start, 1);
-    EXPECT_EQ(spec.obstacles[1].obstacle.stop, 2.5);
+    const std::vector<Keyframe>& moves = spec.obstacles[1].obstacle.motion.keyframes;
+    ASSERT_EQ(moves.size(), 2u);
+    EXPECT_EQ(moves[0].time, 1);
+    EXPECT_EQ(moves[1].time, 2.5);
     EXPECT_EQ(spec.step.newton_iterations, 3);
     EXPECT_EQ(spec.step.newton_tolerance, 0.01);
     EXPECT_EQ(spec.step.max_substeps, 4);
@@ -168,6 +194,11 @@ TEST_P(BrokenScene, IsRejectedInOneLine) { EXPECT_EQ(complaint(GetParam().text),
 
 const std::string one_source = R"(bodies[0]: needs exactly one of "body", "surface" and "tets")";
 
+/// A scene with a grip that has these keys, too.
+std::string gripped(const std::string& keys) {
+    return with(R"("grips": [{"region": {"sphere": {"radius": 1}}, )" + keys + "}]");
+}
+
 const Broken broken_scenes[] = {
     {"[]", "the scene must be an object, not []"},
     {"{}", "bodies: is missing"},
@@ -196,7 +227,8 @@ const Broken broken_scenes[] = {
     {with("", R"("contact": {"friction": -0.5})"), "contact.friction: is -0.5, but must be between 0 and 10"},
     {with("", R"("contact": 7)"), "contact: must be an object, not 7"},
     {with("", R"("obstacles": [{}])"),
-     "obstacles[0]: needs exactly one of \"plane\", \"sphere\" and \"mesh\""},
+     "obstacles[0]: needs exactly one of \"plane\", \"sphere\", \"box\", \"cylinder\", \"capsule\", "
+     "\"heights\" and \"mesh\""},
     {with("", R"("obstacles": [{"plane": {"normal": [0, 0, 0]}}])"),
      "obstacles[0].plane.normal: must not be zero"},
     {with("", R"("obstacles": [{"sphere": {"centre": [0, 0, 0]}}])"),
@@ -245,6 +277,34 @@ const Broken broken_scenes[] = {
      "bodies[0].grips[0].rotate.axis: must not be zero"},
     {with(R"("grips": [{"region": {"sphere": {"radius": 1}}, "start": 5, "release": 1}])"),
      "bodies[0].grips[0].release: must not be before \"start\""},
+    {gripped(R"("take": 5, "release": 1)"), "bodies[0].grips[0].release: must not be before \"take\""},
+    {gripped(R"("take": -1)"), "bodies[0].grips[0].take: is -1, but must be between 0 and 1e30"},
+    {gripped(R"("motion": [])"), "bodies[0].grips[0].motion: must hold at least one keyframe"},
+    {gripped(R"("motion": [{}])"), "bodies[0].grips[0].motion[0].time: is missing"},
+    {gripped(R"("motion": [{"time": 1}, {"time": 0.5}])"),
+     "bodies[0].grips[0].motion[1].time: is 0.5, but must be above 1, the time of the keyframe before"},
+    {gripped(R"("motion": [{"time": 1}, {"time": 1}])"),
+     "bodies[0].grips[0].motion[1].time: is 1, but must be above 1, the time of the keyframe before"},
+    {gripped(R"("motion": [{"time": 1, "interpolation": "cubic"}])"),
+     "bodies[0].grips[0].motion[0].interpolation: is \"cubic\", but must be hold, linear or smooth"},
+    {gripped(R"("motion": [{"time": 1, "scale": 0}])"),
+     "bodies[0].grips[0].motion[0].scale: is 0, but must be between 1e-30 and 1e30"},
+    {gripped(R"("motion": [{"time": 1}], "translate": [0, 0, 1])"),
+     "bodies[0].grips[0].translate: must not be beside \"motion\", whose keyframes say it"},
+    {with("", R"("obstacles": [{"plane": {}, "motion": [{"time": 1}], "velocity": [0, 0, 1]}])"),
+     "obstacles[0].velocity: must not be beside \"motion\", whose keyframes say it"},
+    {with("", R"("obstacles": [{"box": {}}])"), "obstacles[0].box.size: is missing"},
+    {with("", R"("obstacles": [{"box": {"size": [1, 0, 1]}}])"),
+     "obstacles[0].box.size: must be three positive lengths"},
+    {with("", R"("obstacles": [{"cylinder": {"radius": 1}}])"), "obstacles[0].cylinder.length: is missing"},
+    {with("", R"("obstacles": [{"capsule": {"radius": 1, "length": 1, "segments": 2}}])"),
+     "obstacles[0].capsule.segments: is 2, but must be between 3 and 1024"},
+    {with("", R"("obstacles": [{"heights": {"spacing": 1, "table": [[0, 1]]}}])"),
+     "obstacles[0].heights.table: has 1 rows of 2 heights, but must have at least 2 of 2"},
+    {with("", R"("obstacles": [{"heights": {"spacing": 1, "table": [[0, 1], [0]]}}])"),
+     "obstacles[0].heights.table: row 1 has 1 heights, but row 0 has 2"},
+    {with("", R"("obstacles": [{"heights": {"spacing": 1, "table": [[0, 1], 3]}}])"),
+     "obstacles[0].heights.table: row 1 must be finite numbers, not 3"},
 };
 
 INSTANTIATE_TEST_SUITE_P(All, BrokenScene, ::testing::ValuesIn(broken_scenes));

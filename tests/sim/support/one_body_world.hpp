@@ -93,7 +93,7 @@ inline Nodes static_displacements(const ElasticBody& body, const std::vector<int
     std::vector<Grip> grips;
     for (std::size_t k = 0; k < held.size(); ++k) {
         grips.push_back({.nodes = {held[k]}});
-        if (held_at.size() > 0) grips.back().translation = held_at.row(k);
+        if (held_at.size() > 0) grips.back().motion = eased({.translation = held_at.row(k)});
     }
     Nodes forces = body.node_masses() * loads.gravity.transpose();
     if (loads.forces.rows() > 0) forces += loads.forces;

@@ -183,17 +183,16 @@ TEST(BackwardEuler, GrippedNodesMoveExactlyAsTold) {
     const Nodes& X = body.rest().X;
     const Grip left{.nodes = test::nodes_where(X, [](const auto& p) { return p[0] == 0; })};
     const Grip right{.nodes = test::nodes_where(X, [](const auto& p) { return p[0] == 1; }),
-                     .translation = {0.2, 0, 0},
-                     .duration = 0.5};
+                     .motion = eased({.translation = {0.2, 0, 0}, .duration = 0.5})};
     OneBodyWorld world(body, exact_steps(), {}, {left, right});
     for (int s = 0; s < 10; ++s) {
         world.step(0.05);
         for (int node : left.nodes) EXPECT_EQ(world.state().x.row(node), X.row(node));
         for (int node : right.nodes)
-            EXPECT_LT((world.state().x.row(node).transpose() -
-                       grip_target(right, X.row(node), world.world().time()))
-                          .norm(),
-                      1e-15);
+            EXPECT_LT(
+                (world.state().x.row(node).transpose() - right.motion.at(world.world().time())(X.row(node)))
+                    .norm(),
+                1e-15);
     }
     EXPECT_NEAR(world.state().x(right.nodes.front(), 0), 1.2, 1e-15);
 }
@@ -212,15 +211,17 @@ TEST(BackwardEuler, AStepTurnsAlongWithALargeRigidMotion) {
     const Nodes X = body.rest().X, x = X + test::wild_field(X, 0.08);  // some elements inverted
     const Nodes v = test::wild_field(X, 2).rowwise() + Eigen::RowVector3d(3, 1, -2);
     const Nodes forces = test::wild_field(X, 0.5);
-    const Grip grip{.nodes = test::nodes_where(X, [](const auto& p) { return p[0] == 0; }),
-                    .centre = {0.1, 0.2, 0.3},
+    const Move move{.centre = {0.1, 0.2, 0.3},
                     .translation = {0.02, -0.01, 0.03},
                     .rotation = {0.1, 0.3, -0.2},
                     .duration = 0.02};
+    const Grip grip{.nodes = test::nodes_where(X, [](const auto& p) { return p[0] == 0; }),
+                    .motion = eased(move)};
     Grip turned_grip = grip;
-    turned_grip.centre = Q * grip.centre + b.transpose();
-    turned_grip.translation = Q * grip.translation;
-    turned_grip.rotation = Q * grip.rotation;
+    turned_grip.motion = eased({.centre = Q * move.centre + b.transpose(),
+                                .translation = Q * move.translation,
+                                .rotation = Q * move.rotation,
+                                .duration = move.duration});
     // Two iterations do not reach the tolerance, but both worlds must get equally far.
     WorldConfig config = exact_steps(2), turned_config = config;
     config.gravity = {1, -3, -9};
@@ -256,7 +257,7 @@ TEST(BackwardEuler, PassesThePatchTest) {
     ASSERT_GE(inside.size(), 18u);
     std::vector<Grip> grips;
     for (const int node : test::nodes_where(X, on_boundary))
-        grips.push_back({.nodes = {node}, .translation = target.row(node) - X.row(node)});
+        grips.push_back({.nodes = {node}, .motion = eased({.translation = target.row(node) - X.row(node)})});
     OneBodyWorld world(body, exact_steps(100, 1e-12), {}, grips);
     world.step(1e4);  // so long that inertia vanishes: the static equilibrium
     EXPECT_LT((world.state().x - target).cwiseAbs().maxCoeff(), 1e-9);

@@ -238,10 +238,10 @@ Nodes moved_at_one_end(const ElasticBody& body, int steps) {
     const Nodes& X = body.rest().X;
     BodyState start{X, 0.5 * test::wild_field(X, 1)};
     const Grip grip{.nodes = test::nodes_where(X, [](const auto& p) { return p[0] == 0; }),
-                    .centre = {0, 0.2, 0.2},
-                    .translation = {0.01, 0, 0.02},
-                    .rotation = {0.2, 0.1, 0},
-                    .duration = moving_time};
+                    .motion = eased({.centre = {0, 0.2, 0.2},
+                                     .translation = {0.01, 0, 0.02},
+                                     .rotation = {0.2, 0.1, 0},
+                                     .duration = moving_time})};
     for (const int node : grip.nodes) start.v.row(node).setZero();
     WorldConfig config = test::exact_steps(60, 1e-8);
     config.linear.solver = LinearSolver::iterative;

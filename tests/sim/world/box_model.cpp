@@ -48,9 +48,8 @@ WorldBody strip_whose_ends_meet(const Model& strip) {
     for (const double side : {-1.0, 1.0}) {
         Grip grip{.nodes = nodes_where(body.state.x,
                                        [&](const Eigen::Vector3d& x) { return side * x.x() > 0.46; })};
-        grip.centre = {0.06 * side, 0, 0};
-        grip.rotation = {0, -1.65 * side, 0};
-        grip.duration = 0.25;
+        grip.motion =
+            eased({.centre = {0.06 * side, 0, 0}, .rotation = {0, -1.65 * side, 0}, .duration = 0.25});
         body.grips.push_back(grip);
     }
     return body;

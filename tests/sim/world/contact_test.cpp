@@ -111,7 +111,7 @@ TEST(Contacts, FailsWhereGripsForceAnIntersection) {
     std::vector<int> all;
     for (int i = 0; i < still.state.x.rows(); ++i) all.push_back(i);
     still.grips.push_back({.nodes = all});
-    pushed.grips.push_back({.nodes = all, .translation = {-0.2, 0, 0}, .duration = 0.02});
+    pushed.grips.push_back({.nodes = all, .motion = eased({.translation = {-0.2, 0, 0}, .duration = 0.02})});
     world.add_body(still);
     world.add_body(pushed);
     WorldReport report;

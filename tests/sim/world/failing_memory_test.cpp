@@ -32,7 +32,7 @@ namespace {
 World shot_at() {
     const test::Model box({0.4, 0.4, 0.4}, {4, 4, 4});
     World world(WorldConfig{});
-    world.add_obstacle({.shape = BallShape{{-0.35, 0, 0}, 0.1}, .velocity = {40, 0, 0}});
+    world.add_obstacle({.shape = BallShape{{-0.35, 0, 0}, 0.1}, .motion = travel({40, 0, 0})});
     world.add_body(box.at({0, 0, 0}, Eigen::Matrix3d::Identity(), {0, 0, 0.1}));
     return world;
 }

@@ -61,10 +61,8 @@ TEST(Friction, OnTheFloorStaysWhereAWallLetsGo) {
             world.add_obstacle(
                 {.shape = PlaneShape{.point = {0, 0.1004, 0}, .normal = {0, -1, 0}}, .friction = 0});
             world.add_obstacle({.shape = PlaneShape{.point = {0, -0.1004, 0}, .normal = {0, 1, 0}},
-                                .velocity = {0, -0.2, 0},
-                                .friction = 0,
-                                .start = 0.1,
-                                .stop = 1});
+                                .motion = travel({0, -0.2, 0}, 0.1, 1),
+                                .friction = 0});
             world.add_body(box.at({0, 0, 0.1004}, Eigen::Matrix3d::Identity(), {3, 0, 0}));
             Eigen::Vector3d sum = Eigen::Vector3d::Zero();
             for (int s = 0; s * dt < 0.3; ++s) {
@@ -169,9 +167,8 @@ TEST(LongSteps, ABallBetweenPlatesStaysAtRestAndResistsTheSameInEveryUnit) {
             for (const int side : {-1, 1})
                 world.add_obstacle(
                     {.shape = PlaneShape{.point = {0, 0, side * start}, .normal = {0, 0, -1.0 * side}},
-                     .velocity = {0, 0, -side * way / (steps * dt)},
-                     .friction = 0,
-                     .stop = steps * dt});
+                     .motion = travel({0, 0, -side * way / (steps * dt)}, 0, steps * dt),
+                     .friction = 0});
             for (int s = 0; s < steps + 20; ++s)
                 ASSERT_EQ(world.step(dt).failure, "") << R << ' ' << young << ' ' << s;
             forces.push_back(world.contact_forces(0).col(2).cwiseAbs().sum() / (young * R * R));
@@ -189,8 +186,7 @@ TEST(LongSteps, ForcesOfContactBalanceTheMomentumOfAStiffCube) {
         const double mass = world.elastic(0).mass();
         world.add_obstacle(test::floor_at(0));
         world.add_obstacle({.shape = PlaneShape{.point = {0, 0, 0.104}, .normal = {0, 0, -1}},
-                            .velocity = {0, 0, -0.004 / (40 * dt)},
-                            .stop = 40 * dt});
+                            .motion = travel({0, 0, -0.004 / (40 * dt)}, 0, 40 * dt)});
         double most = 0;
         for (int s = 0; s < 60; ++s) {
             const Eigen::Vector3d before = test::linear_momentum(world, 0);

@@ -133,8 +133,7 @@ TEST(HeldStartGrip, MayLeaveAPlaneThatItTouches) {
     world.add_obstacle(floor_at(0));
     WorldBody body = standing(bar, scale);
     Grip lift = lowest(body, 1);
-    lift.translation = {0, 0, 0.2};
-    lift.duration = 0.3;
+    lift.motion = eased({.translation = {0, 0, 0.2}, .duration = 0.3});
     lift.release = 0.6;
     body.grips = {lift};
     world.add_body(std::move(body));
@@ -155,8 +154,7 @@ TEST(HeldStartGrip, DoesNotGoIntoAPlaneThatItTouches) {
     const Model bar = bar_of(1);
     WorldBody body = standing(bar, scale);
     Grip push = lowest(body, 1);
-    push.translation = {0, 0, -0.2};
-    push.duration = 0.3;
+    push.motion = eased({.translation = {0, 0, -0.2}, .duration = 0.3});
     body.grips = {push};
     world.add_body(std::move(body));
     WorldReport report;

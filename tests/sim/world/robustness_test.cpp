@@ -22,9 +22,8 @@ TEST(Robustness, ABodySqueezedToHalfItsHeightStaysBetweenThePlatesAndComesToRest
     World world(WorldConfig{});
     world.add_obstacle(floor_at(-0.201, 0.3));
     world.add_obstacle({.shape = PlaneShape{.point = {0, 0, 0.21}, .normal = -Eigen::Vector3d::UnitZ()},
-                        .velocity = {0, 0, -0.7},
-                        .friction = 0.3,
-                        .stop = 0.3});
+                        .motion = travel({0, 0, -0.7}, 0, 0.3),
+                        .friction = 0.3});
     world.add_body(box.at({0, 0, 0}));
     double fastest = 0;
     WorldReport report;

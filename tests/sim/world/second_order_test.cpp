@@ -129,8 +129,7 @@ TEST_F(RingingBar, KeepsLinearAndAngularMomentum) {
 
 TEST_F(RingingBar, GripsMoveAsTold) {
     const Grip end{.nodes = test::nodes_where(body_.rest().X, [](const auto& p) { return p[0] == 0; }),
-                   .translation = {0, 0.1, 0},
-                   .duration = 0.05};
+                   .motion = eased({.translation = {0, 0.1, 0}, .duration = 0.05})};
     OneBodyWorld world(body_, exact(TimeIntegrator::second_order), {}, {end});
     world.steps(10, 0.01);
     for (const int node : end.nodes)
@@ -196,8 +195,7 @@ TEST(SecondOrder, ThePotentialsGradientIsItsDerivative) {
 TEST(SecondOrder, AGripThatJumpsLeavesNoVelocityBehind) {
     const ElasticBody body(test::box_mesh({1, 0.3, 0.3}, {4, 2, 2}), undamped);
     const Grip end{.nodes = test::nodes_where(body.rest().X, [](const auto& p) { return p[0] == 0; }),
-                   .translation = {0, 0.01, 0},
-                   .start = 0.001};
+                   .motion = eased({.translation = {0, 0.01, 0}, .start = 0.001})};
     OneBodyWorld world(body, exact(TimeIntegrator::second_order), {}, {end});
     world.steps(5, 0.002);
     for (const int node : end.nodes) EXPECT_LT(world.state().v.row(node).norm(), 1e-9);

@@ -61,7 +61,7 @@ TEST(StepTrouble, AnIterationThatCannotReachItsToleranceIsTold) {
 WorldReport jump(const Eigen::Vector3d& way, const Eigen::Vector3d& there, bool together = false) {
     const Model box({0.4, 0.4, 0.4}, {2, 2, 2});
     World world(WorldConfig{.gravity = Eigen::Vector3d::Zero()});
-    Grip grip{.translation = way};
+    Grip grip{.motion = eased({.translation = way})};
     for (int i = 0; i < box.elastic->node_count(); ++i) grip.nodes.push_back(i);
     WorldBody body = box.at({0, 0, 1}), other = box.at(there);
     body.grips = {grip};
@@ -89,7 +89,7 @@ std::vector<WorldReport> shoot_sphere(int most, const Eigen::Vector3d& from, dou
     WorldConfig config{.gravity = Eigen::Vector3d::Zero()};
     config.step.max_substeps = most;
     World world(config);
-    world.add_obstacle({.shape = BallShape{from, 0.1}, .velocity = {speed, 0, 0}});
+    world.add_obstacle({.shape = BallShape{from, 0.1}, .motion = travel({speed, 0, 0})});
     world.add_body(box.at({0, 0, 0}));
     std::vector<WorldReport> reports;
     while (world.time() < 0.8 / speed && (reports.empty() || reports.back().failure.empty()))

@@ -93,9 +93,7 @@ TEST(World, GripsMoveTheirNodesAndReleaseThem) {
     const double turn = 0.6;
     entry.grips = {{.nodes = end(-0.5)},
                    {.nodes = end(0.5),
-                    .translation = {0.1, 0, 0},
-                    .rotation = {turn, 0, 0},
-                    .duration = 0.2,
+                    .motion = eased({.translation = {0.1, 0, 0}, .rotation = {turn, 0, 0}, .duration = 0.2}),
                     .release = 0.4}};
     World world(WorldConfig{.gravity = Eigen::Vector3d::Zero()});
     world.add_body(entry);
@@ -200,7 +198,8 @@ TEST(World, TellsWhichFacesOfTwoBodiesAreNear) {
 TEST(World, AMovingSpherePushesABodyAway) {
     const Model box({0.4, 0.4, 0.4}, {3, 3, 3});
     World world(WorldConfig{.gravity = Eigen::Vector3d::Zero()});
-    world.add_obstacle({.shape = BallShape{.centre = {-0.6, 0, 0}, .radius = 0.3}, .velocity = {1, 0, 0}});
+    world.add_obstacle(
+        {.shape = BallShape{.centre = {-0.6, 0, 0}, .radius = 0.3}, .motion = travel({1, 0, 0})});
     world.add_body(box.at({0, 0, 0}));
     for (int i = 0; i < 100; ++i) {
         const WorldReport report = world.step(5e-3);
@@ -216,7 +215,7 @@ TEST(World, RejectsInvalidBodiesAndObstacles) {
     EXPECT_EQ(test::refusal([&] { world.step(0); }), "world: dt is 0, but must be > 0");
     WorldBody entry = box.at({0, 0, 0});
     entry.grips = {{.nodes = {0, 1}}, {.nodes = {1}}};
-    EXPECT_EQ(test::refusal([&] { world.add_body(entry); }), "grip: node 1 is named twice");
+    EXPECT_EQ(test::refusal([&] { world.add_body(entry); }), "world: grips 0 and 1 of a body both hold node 1 at 0 s");
     entry.grips = {{.nodes = {8}}};
     EXPECT_EQ(test::refusal([&] { world.add_body(entry); }), "grip: node 8 is not in 0..7");
     const Model other({0.4, 0.4, 0.4}, {2, 1, 1});
