@@ -34,10 +34,12 @@ class ResumeTest : public SmallFiles {
         SmallFiles::SetUpTestSuite();
         write("scene.json", R"({
             "bodies": [
-                {"body": "box.h5", "name": "the lower", "bounds": "affine", "transform": {"translate": [0, 0, 0.07]}},
+                {"body": "box.h5", "name": "the lower", "bounds": "affine", "transform": {"translate": [0, 0, 0.07]},
+                 "grips": [{"region": {"box": {"min": [-1, -1, 0.07], "max": [1, 1, 1]}}, "take": 0.03, "release": 0.09,
+                            "motion": [{"time": 0.03}, {"time": 0.07, "translate": [0, 0, 0.01]}]}]},
                 {"surface": "box.obj", "transform": {"translate": [0.1, 0, 0.2]}, "velocity": [0, 0, -2],
                  "angular_velocity": [0, 3, 0]}],
-            "obstacles": [{"plane": {}}],
+            "obstacles": [{"plane": {}, "motion": [{"time": 0}, {"time": 0.1, "rotate": {"degrees": 20}}]}],
             "time": {"dt": 0.002, "frames": 12, "steps_per_frame": 5},
             "output": {"csv": "run.csv", "reactions": "forces.csv", "vtu": "frames", "obj": "frames"}})");
         simulate("whole", "");

@@ -100,17 +100,17 @@ World moved_world(const Eigen::Vector3d& by, const LoadedBody& loaded) {
         return fmt::format("[{}, {}, {}]", x + by.x(), y + by.y(), z + by.z());
     };
     return built(
-        with(
-            fmt::format(R"("transform": {{"translate": {}, "rotate": {{"axis": [0, 0, 1], "degrees": 30}}}},
+        with(fmt::format(R"("transform": {{"translate": {}, "rotate": {{"axis": [0, 0, 1], "degrees": 30}}}},
                             "pins": [{{"sphere": {{"centre": {}, "radius": 0.25}}}}],
                             "grips": [{{"region": {{"box": {{"min": {}, "max": {}}}}}, "centre": {},
                                         "rotate": {{"axis": [0, 0, 1], "degrees": 10}}, "duration": 0.05}}],
                             "regions": [{{"region": {{"box": {{"min": {}, "max": {}}}}}, "material": {{"young": 3e4}}}}])",
-                        at(0, 0, 0.16), at(-0.45, -0.25, 0.16), at(0.3, 0, -1), at(1, 1, 1),
-                        at(0.4, 0.25, 0.16), at(0, -1, -1), at(1, 1, 1)),
-            fmt::format(
-                R"("obstacles": [{{"plane": {{"point": {}}}}}, {{"sphere": {{"centre": {}, "radius": 0.2}}}}])",
-                at(3, 2, 0), at(0, 0, -0.191))),
+                         at(0, 0, 0.16), at(-0.45, -0.25, 0.16), at(0.3, 0, -1), at(1, 1, 1),
+                         at(0.4, 0.25, 0.16), at(0, -1, -1), at(1, 1, 1)),
+             fmt::format(
+                 R"("obstacles": [{{"plane": {{"point": {}}}}}, {{"sphere": {{"centre": {}, "radius": 0.2}},
+                     "centre": {}, "motion": [{{"time": 0}}, {{"time": 0.1, "rotate": {{"axis": [0, 1, 0], "degrees": 20}}}}]}}])",
+                 at(3, 2, 0), at(0, 0, -0.191), at(0.3, 0, -0.191))),
         loaded);
 }
 
