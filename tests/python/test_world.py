@@ -86,6 +86,7 @@ def test_a_moved_obstacle_goes_where_it_is_told(beam):
     for call, text in [
         (lambda: moved.move_obstacle(1), "obstacle 1 is not one of its 1"),
         (lambda: moved.move_obstacle(0, scale=0), "its scale is not positive"),
+        (lambda: moved.move_obstacle(0, (0, 0)), "translation: has not three numbers"),
         (lambda: moved.move_obstacle(0, (0, 0, float("nan"))), "is not finite"),
     ]:
         with refused(ValueError, text):

@@ -57,7 +57,7 @@ class SchemaPage:
             if item["type"] == "string":
                 return "two texts"
             if item["type"] == "array":
-                return "list of pairs of numbers"
+                return "list of rows of numbers"
             either = "three numbers, or " if "number" in item["type"] else ""
             return either + "list of " + self.object_link(f"{heading}.{key}[]".lstrip("."), item, shared_item)
         if value["type"] == "object":

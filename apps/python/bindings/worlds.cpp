@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <array>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -157,6 +156,12 @@ Moves pairs_of(const std::vector<StartMove>& moves) {
     return all;
 }
 
+Eigen::Vector3d vector_from(const py::object& numbers, const char* name) {
+    const std::vector<double> three = list_from<double>(numbers, name);
+    if (three.size() != 3) throw std::invalid_argument(fmt::format("{}: has not three numbers", name));
+    return {three[0], three[1], three[2]};
+}
+
 void bind_state(py::class_<WorldObject>& world) {
     const auto of_body = py::arg("body") = 0;
     constexpr auto refer = py::return_value_policy::reference_internal;
@@ -210,14 +215,14 @@ void bind_state(py::class_<WorldObject>& world) {
             "there until the next call, which replaces them. No nodes: frees all.")
         .def(
             "move_obstacle",
-            [](const UsedWorld& self, int obstacle, const std::array<double, 3>& translation,
-               const std::array<double, 3>& rotation, double scale) {
-                self->world.move_obstacle(obstacle, {.translation = Eigen::Vector3d(translation.data()),
-                                                     .rotation = Eigen::Vector3d(rotation.data()),
+            [](const UsedWorld& self, int obstacle, const Typed<"Sequence[float]">& translation,
+               const Typed<"Sequence[float]">& rotation, double scale) {
+                self->world.move_obstacle(obstacle, {.translation = vector_from(translation, "translation"),
+                                                     .rotation = vector_from(rotation, "rotation"),
                                                      .scale = scale});
             },
-            py::arg("obstacle"), py::arg("translation") = std::array<double, 3>{},
-            py::arg("rotation") = std::array<double, 3>{}, py::arg("scale") = 1.0,
+            py::arg("obstacle"), py::arg("translation") = py::make_tuple(0, 0, 0),
+            py::arg("rotation") = py::make_tuple(0, 0, 0), py::arg("scale") = 1.0,
             "Moves an obstacle evenly in the next step to where this displaces it from its place in the scene: "
             "scaled, turned by rotation (axis times angle, radians; the shortest way) about the `centre` of its "
             "motion, then moved, metres. It stays there until the next call; its motion in the scene ends. "

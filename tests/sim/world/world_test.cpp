@@ -215,7 +215,8 @@ TEST(World, RejectsInvalidBodiesAndObstacles) {
     EXPECT_EQ(test::refusal([&] { world.step(0); }), "world: dt is 0, but must be > 0");
     WorldBody entry = box.at({0, 0, 0});
     entry.grips = {{.nodes = {0, 1}}, {.nodes = {1}}};
-    EXPECT_EQ(test::refusal([&] { world.add_body(entry); }), "world: grips 0 and 1 of a body both hold node 1 at 0 s");
+    EXPECT_EQ(test::refusal([&] { world.add_body(entry); }),
+              "world: grips 0 and 1 of a body both hold node 1 at 0 s");
     entry.grips = {{.nodes = {8}}};
     EXPECT_EQ(test::refusal([&] { world.add_body(entry); }), "grip: node 8 is not in 0..7");
     const Model other({0.4, 0.4, 0.4}, {2, 1, 1});
