@@ -12,6 +12,7 @@
 #include "apps/cli/fill_surface.hpp"
 #include "collision/geometry/far_origin.hpp"
 #include "meshing/body/make_body.hpp"
+#include "meshing/body/rigid_body.hpp"
 #include "meshing/cage/clean_soup.hpp"
 #include "meshing/formats/read_surface.hpp"
 #include "meshing/formats/read_tets.hpp"
@@ -87,6 +88,16 @@ std::string changes_of(const Nodes& scaled, double scale, const WeldReport& weld
     return text;
 }
 
+Body rigid_body_of(const std::filesystem::path& path, TriMesh surface, const MeshFileConfig& config,
+                   const Output& out) {
+    const SolidBoundary boundary = make_solid_boundary(std::move(surface), {.allow_components = true});
+    out.text(fmt::format("surface: {}", describe(boundary.report)));
+    TriMesh fine = subdivide(boundary.mesh, config.scheme, config.levels).mesh;
+    Body body = make_rigid_body(path.stem().string(), std::move(fine), config.material.density);
+    tell_origin(body.origin, out);
+    return body;
+}
+
 }  // namespace
 
 bool holds_tets(const std::filesystem::path& path) {
@@ -123,6 +134,11 @@ Body body_of_tets(const std::filesystem::path& path, const MeshFileConfig& confi
     for (const TetGroup& group : groups)
         out.text(fmt::format("region \"{}\": {} tetrahedra", group.name, group.tets.size()));
     try {
+        if (config.rigid) {
+            Body body = rigid_body_of(path, boundary_surface(tets), config, out);
+            body.origin += origin;
+            return body;
+        }
         if (!of_body) regions = regions_of(groups, config);
         tets = as_elements(std::move(tets), config.elements);
         Body body = make_body(path.stem().string(), std::move(tets), material, config.levels, config.scheme);
@@ -163,6 +179,7 @@ MeshedFile body_of_surface(const std::filesystem::path& path, const MeshFileConf
             return {make_body_inside(path.stem().string(), std::move(surface), outer), {}, {}};
         }
         out.work("checking the surface");
+        if (config.rigid) return {rigid_body_of(path, std::move(surface), config, out), {}, {}};
         if (config.error > 0) return searched(path, surface, config, out);
         const Eigen::Vector3d origin = far_origin(surface.X, surface.F);
         surface.X.rowwise() -= origin.transpose();

@@ -14,6 +14,7 @@
 #include "apps/commands/commands.hpp"
 #include "meshing/body/body_hints.hpp"
 #include "meshing/body/material.hpp"
+#include "meshing/body/rigid_body.hpp"
 #include "meshing/cage/cage.hpp"
 #include "meshing/formats/words.hpp"
 #include "meshing/tets/tet_quality.hpp"
@@ -120,7 +121,8 @@ void run(const MeshArguments& arguments, Output& out) {
     if (!config.regions.empty() && !holds_tets(arguments.input))
         throw CLI::ValidationError("--region",
                                    "is for groups of tetrahedra, but " + arguments.input + " is a surface");
-    if (!arguments.elements.empty())
+    config.rigid = arguments.elements == "rigid";
+    if (!arguments.elements.empty() && !config.rigid)
         config.elements = arguments.elements == "linear" ? Elements::linear : Elements::quadratic;
     config.scheme = arguments.scheme == "loop" ? SubdivisionScheme::loop : SubdivisionScheme::midpoint;
     if (config.cage > 0 && holds_tets(arguments.input))
@@ -141,14 +143,19 @@ void run(const MeshArguments& arguments, Output& out) {
             quality.poor, quality.tets, poor_radius_ratio, quality.worst_tet, quality.radius_ratio_min));
     for (const std::string& hint : body_hints(body))
         out.warning(fmt::format("{}: {}", arguments.output, hint));
-    out.work("estimating how rightly it bends");
-    constexpr int most_tets = 24'000;
-    if (!body.bending_error)
-        body.bending_error = bending_error(body, most_tets, meshed.cage ? &meshed.solid : nullptr);
-    out.text(
-        body.bending_error
-            ? fmt::format("bends {:.2g} % too little, as richer elements tell", 100 * *body.bending_error)
-            : "no estimate of how rightly it bends: too many tetrahedra, several parts, or a cage of unknown content");
+    if (is_rigid(tets)) {
+        out.text(fmt::format("rigid, of {:.4g} kg", body.material.density * quality.volume * tets.filled(0)));
+    } else {
+        out.work("estimating how rightly it bends");
+        constexpr int most_tets = 24'000;
+        if (!body.bending_error)
+            body.bending_error = bending_error(body, most_tets, meshed.cage ? &meshed.solid : nullptr);
+        out.text(
+            body.bending_error
+                ? fmt::format("bends {:.2g} % too little, as richer elements tell", 100 * *body.bending_error)
+                : "no estimate of how rightly it bends: too many tetrahedra, several parts, or a cage of "
+                  "unknown content");
+    }
     save_body(arguments.output, body);
 
     out.text(fmt::format("{}: {} nodes, {} tetrahedra, collision surface of {} vertices and {} faces",
@@ -273,12 +280,11 @@ void add_mesh(CLI::App& app, Output& out) {
         ->check(between(least_constant, max_constant));
     CLI::Option* elements =
         command
-            .add_option(
-                "--elements", arguments.elements,
-                "Tetrahedra: linear, with nodes at their corners, or quadratic, with nodes at their "
-                "edges, too, which bend rightly where they are coarse and do not lock; default: as in "
-                "the file, linear in a surface")
-            ->check(one_of({"linear", "quadratic"}));
+            .add_option("--elements", arguments.elements,
+                        "Tetrahedra: linear, with nodes at their corners, or quadratic, with nodes at their "
+                        "edges, too, which bend rightly where they are coarse and do not lock; or rigid: no "
+                        "tetrahedra, a body that never deforms; default: as in the file, linear in a surface")
+            ->check(one_of({"linear", "quadratic", "rigid"}));
     CLI::Option* weld =
         command
             .add_option("--weld", config.weld,
@@ -304,7 +310,14 @@ void add_mesh(CLI::App& app, Output& out) {
     inside->excludes(elements);
     command.get_option("--error")->excludes(elements);
     of_filling.push_back(weld);
-    arguments.check_options = [&input = arguments.input, of_material, of_filling] {
+    std::vector<CLI::Option*> not_for_rigid{cage, command.get_option("--region")};
+    for (CLI::Option* option : of_filling)
+        if (option != weld) not_for_rigid.push_back(option);
+    for (CLI::Option* option : of_material)
+        if (option->get_name() != "--density") not_for_rigid.push_back(option);
+    arguments.check_options = [&input = arguments.input, &elements_kind = arguments.elements, of_material,
+                               of_filling, not_for_rigid] {
+        if (elements_kind == "rigid") refuse_any(not_for_rigid, "is not for a rigid body");
         if (holds_tets(input)) refuse_any(of_filling, "is for surfaces, but " + input + " holds tetrahedra");
         if (std::filesystem::path(input).extension() == ".h5")
             refuse_any(of_material, "the body file " + input + " has a material of its own");

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "meshing/body/rigid_body.hpp"
+
 namespace nbd {
 namespace {
 
@@ -31,7 +33,7 @@ std::string size_hint(const Body& body, double scale) {
 }
 
 std::string thin_hint(const TetMesh& tets) {
-    if (tets.is_quadratic()) return "";
+    if (tets.is_quadratic() || is_rigid(tets)) return "";
     const Faces boundary = boundary_faces(tets);
     std::vector<char> is_outer(tets.X.rows(), 0);
     for (const int i : boundary.reshaped()) is_outer[i] = 1;

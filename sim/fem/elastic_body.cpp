@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "meshing/body/body.hpp"
+#include "meshing/body/rigid_body.hpp"
 #include "meshing/parallel/parallel_for.hpp"
 #include "meshing/surface/quadratic_tets.hpp"
 #include "sim/fem/quadratic_points.hpp"
@@ -180,17 +181,18 @@ void ElasticBody::set_masses(const std::vector<double>& density) {
     const auto of_tets = nodes_of_tets(rest_);
     const int n = nodes_per_tet();
     node_mass_ = Eigen::VectorXd::Zero(node_count());
-    if (rest_.is_quadratic()) mass_.assign(pattern_.block_count(), 0);
+    const bool is_consistent = rest_.is_quadratic() || is_rigid(rest_);
+    if (is_consistent) mass_.assign(pattern_.block_count(), 0);
     const ShapeProducts of_full = products_in_full_tet();
     for (int t = 0; t < element_count(); ++t) {
         const double mass = density[t] * volume_[t];
         const bool is_full = std::abs(rest_.filled(t) - 1) < 1e-9;
-        const ShapeProducts products = is_full ? of_full : products_at(points(t));
+        ShapeProducts products = is_full ? of_full : products_at(points(t));
+        if (n == 4) products.topLeftCorner<4, 4>() = points(t).transpose() * points(t) / 4;
         for (int i = 0; i < n; ++i) {
-            double share = 1.0 / n;
-            if (!is_full) share = n == 10 ? products.row(i).sum() : points(t).col(i).mean();
+            const double share = is_full ? 1.0 / n : products.row(i).head(n).sum();
             node_mass_[of_tets(t, i)] += mass * share;
-            for (int j = 0; j < n && n == 10; ++j)
+            for (int j = 0; j < n && is_consistent; ++j)
                 mass_[pattern_.find(of_tets(t, i), of_tets(t, j))] += mass * products(i, j);
         }
     }

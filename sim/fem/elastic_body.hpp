@@ -96,8 +96,8 @@ using ElementForces = std::vector<Eigen::Matrix3d>;
 /// drops out because R^T F is symmetric. The tangent K = sum of R K_e R^T neglects dR/dx and is therefore
 /// positive semi-definite in every pose; where R^T F = I it is the exact Hessian. The tangents of other laws
 /// are exact but for negative eigenvalues, which become zero element by element. Masses of linear tetrahedra
-/// are lumped, of full ones a quarter at each node; those of quadratic ones are consistent, and where they
-/// are filled in part have the mass, centre and inertia of the material.
+/// are lumped, of full ones a quarter at each node; those of quadratic ones and of rigid bodies are
+/// consistent, and have the mass, centre and inertia of the material.
 ///
 /// Immutable: several simulated copies and threads may share it, each with its own ElementPose. All loops run
 /// in parallel and sum in a fixed order, so the bits do not depend on the number of threads.

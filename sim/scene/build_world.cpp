@@ -13,6 +13,7 @@
 
 #include "collision/base/notice.hpp"
 #include "collision/geometry/far_origin.hpp"
+#include "meshing/body/rigid_body.hpp"
 #include "meshing/formats/read_surface.hpp"
 #include "meshing/surface/solid_boundary.hpp"
 #include "sim/scene/scene_check.hpp"
@@ -99,6 +100,17 @@ void cut_out(BodyMaterials& materials, const SceneMaterialRegion& change, Materi
     change.material.apply(material);
     materials.regions.push_back(
         {.name = "scene: " + change.key, .material = material, .tets = std::move(tets)});
+}
+
+/// A rigid body has a density and no other constant.
+BodyMaterials rigid_materials(const SceneBody& spec, const Body& body) {
+    const MaterialChange& m = spec.material;
+    if (m.young || m.poisson || m.law || m.rayleigh_mass || m.rayleigh_stiffness)
+        throw std::invalid_argument("material: of a rigid body only \"density\" can be set");
+    if (!spec.regions.empty()) throw std::invalid_argument("regions: a rigid body has none");
+    TetMesh placed = body.tets;
+    placed.X *= spec.placement.scale;
+    return {.material = rigid_material(placed, m.density.value_or(body.material.density)), .regions = {}};
 }
 
 /// Where the origin of a body lies once it is placed, less the placement's own translation.
@@ -196,6 +208,7 @@ std::shared_ptr<const CollisionTree> scene_tree(const SceneBody& spec, const Loa
 
 BodyMaterials scene_materials(const SceneBody& spec, const LoadedBody& loaded) {
     const Body& body = *loaded.body;
+    if (is_rigid(body.tets)) return rigid_materials(spec, body);
     BodyMaterials result{.material = body.material, .regions = body.regions};
     spec.material.apply(result.material);
     for (MaterialRegion& region : result.regions) {

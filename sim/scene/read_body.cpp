@@ -56,8 +56,10 @@ SceneMeshing read_meshing(JsonObject from, BodySource source) {
     meshing.tets.grading = from.number("grading", meshing.tets.grading, {0, 2, "between 0 and 2"});
     meshing.edge = from.number("edge", meshing.edge, not_negative);
     if (meshing.edge > 0 && meshing.tets.nodes > 0) from.problem("nodes", "must not be beside \"edge\"");
-    const bool is_linear = from.choice("elements", "linear", {"linear", "quadratic"}) == "linear";
-    if (from.has("elements")) meshing.elements = is_linear ? Elements::linear : Elements::quadratic;
+    const std::string elements = from.choice("elements", "linear", {"linear", "quadratic", "rigid"});
+    meshing.rigid = elements == "rigid";
+    if (from.has("elements") && !meshing.rigid)
+        meshing.elements = elements == "linear" ? Elements::linear : Elements::quadratic;
     meshing.scale = from.number("scale", meshing.scale, positive_number);
     meshing.weld = from.number("weld", meshing.weld, not_negative);
     meshing.levels = from.integer("subdivide", 0, {0, 4, "between 0 and 4"});
@@ -67,6 +69,9 @@ SceneMeshing read_meshing(JsonObject from, BodySource source) {
         for (const char* key : {"edge", "nodes", "grading", "weld"})
             if (from.has(key))
                 from.problem(key, "applies to surfaces only; given tetrahedra are not remeshed");
+    for (const char* key : {"edge", "nodes", "grading"})
+        if (meshing.rigid && from.has(key))
+            from.problem(key, "is not for rigid bodies, which have four nodes");
     from.finish();
     return meshing;
 }

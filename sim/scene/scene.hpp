@@ -68,6 +68,7 @@ struct SceneMeshing {
     TetrahedralizeConfig tets;
     double edge = 0;                     // of tetrahedra at the surface, metres; 0: the surface's own
     std::optional<Elements> elements{};  // empty: as in the file; linear ones in a surface
+    bool rigid = false;                  // see make_rigid_body()
     double scale = 1;                    // of the file's coordinates
     double weld = 0;                     // metres, see weld_within(); 0: not
     int levels = 0;                      // subdivision levels

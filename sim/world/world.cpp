@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "collision/tree/auto_bounds.hpp"
+#include "meshing/body/rigid_body.hpp"
 
 namespace nbd {
 namespace {
@@ -22,8 +23,10 @@ LinearSolveConfig linear_config(const WorldConfig& config) {
     return linear;
 }
 
-/// The largest Young's modulus of the tetrahedra that a surface hangs on.
+/// The largest Young's modulus of the tetrahedra that a surface hangs on. A rigid body yields in contact as
+/// it would be strained by an acceleration that it does not feel.
 double surface_young(const ElasticBody& elastic, const Embedding& W) {
+    if (is_rigid(elastic.rest())) return rigid_strain * elastic.young(0);
     std::vector<char> carries(W.cols(), 0);
     for (Eigen::Index v = 0; v < W.rows(); ++v)
         for (Embedding::InnerIterator it(W, v); it; ++it)

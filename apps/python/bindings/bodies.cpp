@@ -18,7 +18,9 @@
 #include "meshing/body/body.hpp"
 #include "meshing/body/body_hints.hpp"
 #include "meshing/body/make_body.hpp"
+#include "meshing/body/rigid_body.hpp"
 #include "meshing/cage/cage_body.hpp"
+#include "meshing/surface/solid_boundary.hpp"
 #include "meshing/tets/tet_quality.hpp"
 #include "sim/fem/modes.hpp"
 
@@ -304,6 +306,17 @@ void bind_bodies(py::module_& m) {
         py::arg("scheme") = SubdivisionScheme::midpoint, Computes(),
         "A body of tetrahedra and a closed surface in or near them; without one, of their boundary. levels: "
         "how often the collision surface is subdivided.");
+    m.def(
+        "make_rigid_body",
+        [](const std::string& name, const TriMesh& surface, double density) {
+            check_line(name, "name");
+            SolidBoundary solid = make_solid_boundary(surface, {.allow_components = true});
+            return std::make_shared<Body>(make_rigid_body(name, std::move(solid.mesh), density));
+        },
+        py::arg("name"), py::arg("surface"), py::arg("density") = Material{}.density, Computes(),
+        "A rigid body with the mass, centre and inertia of what a closed surface encloses: the surface hangs on "
+        "the four nodes of one stiff tetrahedron around it. density: kg/m3. Raises ValueError for a surface that "
+        "is open, intersects itself or has no volume.");
     m.def(
         "mesh_file", &mesh_body, py::arg("path"), py::arg("nodes") = py::none(),
         py::arg("grading") = py::none(), py::arg("cage") = py::none(), py::arg("inside") = py::none(),
