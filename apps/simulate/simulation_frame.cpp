@@ -29,6 +29,12 @@ class RecordWriter {
         (*this)(past.inner_forces);
         (*this)(past.held);
     }
+    void operator()(const JointLoad& load) {
+        for (const Momentum* side : {&load.on_a, &load.on_b}) {
+            (*this)(side->linear);
+            (*this)(side->angular);
+        }
+    }
     void operator()(const Reaction& reaction) {
         (*this)(reaction.body);
         (*this)(reaction.by);
@@ -78,6 +84,12 @@ class RecordReader {
         (*this)(past.v);
         (*this)(past.inner_forces);
         (*this)(past.held);
+    }
+    void operator()(JointLoad& load) {
+        for (Momentum* side : {&load.on_a, &load.on_b}) {
+            (*this)(side->linear);
+            (*this)(side->angular);
+        }
     }
     void operator()(Reaction& reaction) {
         (*this)(reaction.body);
@@ -129,6 +141,8 @@ void pass(Archive& archive, Frame& frame) {
     archive(world.stretches.contacts);
     archive(world.stretches.ways);
     archive(world.taken_at);
+    archive(world.broken);
+    archive(world.springs_before);
     archive(frame.contact_forces);
     archive(frame.steps);
     archive(frame.reactions);

@@ -120,6 +120,44 @@ void ContactSolver::linearise(const Eigen::VectorXd& v, bool solved, bool renews
         drags_before_[c] = drags_[c];
         set_operator(c, rub.impulse, drag);
     }
+    linearise_bonds(v);
+}
+
+BondLaw::Terms ContactSolver::bond_terms(std::size_t bond, const Eigen::VectorXd& v) const {
+    return bonds_[bond].law.at(bonds_[bond].difference + dt_ * terms_.velocity(contacts_.size() + bond, v));
+}
+
+void ContactSolver::linearise_bonds(const Eigen::VectorXd& v) {
+    for (std::size_t k = 0; k < bonds_.size(); ++k) {
+        const std::size_t index = contacts_.size() + k;
+        const BondLaw::Terms terms = bond_terms(k, v);
+        const Eigen::Matrix3d elastic = dt_ * dt_ * terms.hessian;
+        operators_[index].A = elastic + dt_ * velocity_factor_ * terms.drag;
+        push_[index] = elastic * terms_.velocity(index, v) - dt_ * terms.gradient;
+    }
+}
+
+Eigen::Vector3d ContactSolver::bond_impulse(std::size_t bond, const Eigen::VectorXd& v,
+                                            std::span<const Eigen::Vector3d> of_each) const {
+    const std::size_t index = contacts_.size() + bond;
+    const Eigen::Vector3d impulse = linear_impulse(index, v);
+    return of_each.empty() ? impulse : Eigen::Vector3d(impulse + of_each[index]);
+}
+
+Eigen::Vector3d ContactSolver::bond_place(std::size_t bond, const BodyPositions& middles,
+                                          const BodyPositions& ends) const {
+    const std::size_t index = contacts_.size() + bond;
+    return terms_.acts_at(index, acts_at_end(index) ? ends : middles);
+}
+
+double ContactSolver::bond_potential(const Eigen::VectorXd& v) const {
+    double sum = 0;
+    for (std::size_t k = 0; k < bonds_.size(); ++k) {
+        const BondLaw::Terms terms = bond_terms(k, v);
+        const Eigen::Vector3d u = terms_.velocity(contacts_.size() + k, v);
+        sum += terms.energy + dt_ * velocity_factor_ / 2 * u.dot(terms.drag * u);
+    }
+    return sum;
 }
 
 void ContactSolver::set_operator(std::size_t contact, const ContactImpulse& impulse, double drag) {

@@ -2,6 +2,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
+#include <algorithm>
+#include <limits>
 
 #include "sim/contact/contact_solver.hpp"
 
@@ -19,12 +21,16 @@ PointMotion motion_at(const Eigen::Vector3d& arm) {
     return G;
 }
 
+/// How many times a bond resists more than a body's mass: as good as rigidly, and rounding leaves the
+/// inertia.
+constexpr double stiff_enough = 1e4;
+
 std::size_t number(int body) { return body; }
 
 }  // namespace
 
-/// A contact between two bodies of which at least one moves. Impulses act on the first body of its pair, and
-/// the opposite ones on the second.
+/// A contact or bond between two bodies of which at least one moves. Impulses act on the first body of its
+/// pair, and the opposite ones on the second.
 struct ContactSolver::Touch {
     std::size_t contact;
     std::array<PointMotion, 2> motion;  // from the motions of the pair; zero where a body does not move
@@ -43,10 +49,18 @@ std::vector<ContactSolver::Touch> ContactSolver::touches(const Eigen::VectorXd& 
         if (!presses(c) || pair[0] == pair[1] || !(moves(pair[0]) || moves(pair[1]))) continue;
         Touch touch{.contact = c, .motion = {}, .R = operators_[c].A, .along = Eigen::Vector3d::Zero()};
         // Both arms are of one point, so that what a pair gets sums to nothing.
-        const Eigen::Vector3d point = terms_.acts_at(contacts_[c], c, at);
+        const Eigen::Vector3d point = terms_.acts_at(c, at);
         for (const std::size_t k : {0u, 1u})
             touch.motion[k] = moves(pair[k]) ? motion_at(point - at.centres[number(pair[k])])
                                              : PointMotion(PointMotion::Zero());
+        if (c >= contacts_.size()) {  // a bond
+            double mass = std::numeric_limits<double>::infinity();
+            for (const int body : pair)
+                if (moves(body)) mass = std::min(mass, (*inertia[number(body)])(0, 0));
+            touch.R *= std::min(1.0, stiff_enough * mass / touch.R.norm());
+            touches.push_back(touch);
+            continue;
+        }
         const Eigen::Vector3d slip = contacts_[c].slip(relative_velocity(c, v), dt_);
         if (const double speed = slip.norm(); speed > contacts_[c].full_slip(dt_)) {
             touch.along = slip / speed;  // along which friction does not change
@@ -63,7 +77,7 @@ ContactSolver::RigidResponse ContactSolver::response(const Eigen::VectorXd& v,
                                                      const BodyPositions& at) const {
     RigidResponse response{.motions = std::vector<RigidVector>(inertia.size(), RigidVector::Zero()),
                            .impulses = Eigen::VectorXd::Zero(v.size()),
-                           .of_contacts = {}};
+                           .of_each = {}};
     std::vector<Touch> all = touches(v, inertia, at);
     std::vector<Eigen::Index> place(inertia.size(), -1);  // of the bodies that touch
     Eigen::Index count = 0;
@@ -117,6 +131,7 @@ ContactSolver::RigidResponse ContactSolver::response(const Eigen::VectorXd& v,
     for (int round = 0; round < rounds; ++round) {
         Eigen::VectorXd b = given;
         for (Touch& touch : all) {
+            if (touch.along.isZero(0)) continue;
             const Contact& contact = contacts_[touch.contact];
             touch.friction = -contact.friction * contact.normal.dot(touch.resists) * touch.along;
             for (const std::size_t k : {0u, 1u})
@@ -134,12 +149,12 @@ ContactSolver::RigidResponse ContactSolver::response(const Eigen::VectorXd& v,
     }
     for (std::size_t b = 0; b < inertia.size(); ++b)
         if (place[b] >= 0) response.motions[b] = motions.segment<6>(6 * place[b]);
-    response.of_contacts.assign(contacts_.size(), Eigen::Vector3d::Zero());
+    response.of_each.assign(operators_.size(), Eigen::Vector3d::Zero());
     for (const Touch& touch : all) {
-        const bool is_first = contacts_[touch.contact].a.body == pairs_[pair_of_[touch.contact]][0];
+        const bool is_first = terms_.bodies(touch.contact)[0] == pairs_[pair_of_[touch.contact]][0];
         const Eigen::Vector3d impulse = (is_first ? 1 : -1) * (touch.resists + touch.friction);
         terms_.add_impulse(touch.contact, impulse, true, response.impulses);
-        response.of_contacts[touch.contact] = impulse;
+        response.of_each[touch.contact] = impulse;
     }
     return response;
 }

@@ -19,40 +19,44 @@ constexpr double passed_by = 0.1;    // slope of the potential at the end of a p
 
 }  // namespace
 
-void ContactSolver::begin(std::span<const Contact> contacts, std::span<const ContactShape* const> shapes,
-                          std::span<const int> first_unknown, double tolerance, double dt,
-                          const Eigen::VectorXd& v, bool each_contact) {
+void ContactSolver::begin(std::span<const Contact> contacts, std::span<const Bond> bonds,
+                          std::span<const ContactShape* const> shapes, std::span<const int> first_unknown,
+                          double tolerance, const TimeStep& step, const Eigen::VectorXd& v,
+                          bool each_contact) {
     shapes_ = shapes;
     first_unknown_ = first_unknown;
     settled_share_ = tolerance;
     each_contact_ = each_contact;
-    dt_ = dt;
+    dt_ = step.dt;
+    velocity_factor_ = step.velocity_factor;
     start_ = v;
     step_impulses_.clear();
-    set_contacts(contacts, v);
+    set_contacts(contacts, bonds, v);
 }
 
-void ContactSolver::set_contacts(std::span<const Contact> contacts, const Eigen::VectorXd& v) {
+void ContactSolver::set_contacts(std::span<const Contact> contacts, std::span<const Bond> bonds,
+                                 const Eigen::VectorXd& v) {
     contacts_ = contacts;
+    bonds_ = bonds;
     terms_.clear();
     operators_.clear();
-    for (std::size_t c = 0; c < contacts_.size(); ++c) {
-        terms_.add(contacts_[c], shapes_, first_unknown_);
+    for (const Contact& contact : contacts_) terms_.add(contact, shapes_, first_unknown_);
+    for (const Bond& bond : bonds_) terms_.add(bond, first_unknown_);
+    for (std::size_t c = 0; c < contacts_.size() + bonds_.size(); ++c)
         operators_.push_back(terms_.coupling(c, Eigen::Matrix3d::Zero()));
-    }
     number_pairs();
-    push_.resize(contacts_.size());
+    push_.resize(operators_.size());
     linearise(v);
     for (std::size_t c = 0; c < contacts_.size(); ++c) set_first_operator(c, v);
 }
 
-/// Numbers the pairs of bodies in contact; all obstacles count as one.
+/// Numbers the pairs of bodies in contact or bonds; all obstacles count as one, with the world.
 void ContactSolver::number_pairs() {
     std::map<std::array<int, 2>, std::size_t> numbers;
     pairs_.clear();
     pair_of_.clear();
-    for (const Contact& contact : contacts_) {
-        const auto [least, most] = std::minmax(contact.a.body, contact.b.body);
+    for (std::size_t c = 0; c < operators_.size(); ++c) {
+        const auto [least, most] = std::minmax(terms_.bodies(c)[0], terms_.bodies(c)[1]);
         const auto [known, is_new] = numbers.try_emplace({most, least}, pairs_.size());
         if (is_new) pairs_.push_back(known->first);
         pair_of_.push_back(known->second);
@@ -95,41 +99,46 @@ Eigen::VectorXd ContactSolver::normal_impulses(const Eigen::VectorXd& v) const {
 
 Eigen::VectorXd ContactSolver::impulses(const Eigen::VectorXd& v) const { return impulses(v, true); }
 
-/// held: whether those on nodes with prescribed velocities count.
-Eigen::VectorXd ContactSolver::impulses(const Eigen::VectorXd& v, bool held) const {
+Eigen::VectorXd ContactSolver::step_impulses(const Eigen::VectorXd& v) const {
+    return impulses(v, true, true);
+}
+
+/// held: whether those on nodes with prescribed velocities count. of_step_alone: see step_impulses().
+Eigen::VectorXd ContactSolver::impulses(const Eigen::VectorXd& v, bool held, bool of_step_alone) const {
     Eigen::VectorXd out = Eigen::VectorXd::Zero(v.size());
     for (std::size_t c = 0; c < operators_.size(); ++c) {
-        if (!presses(c)) continue;
-        terms_.add_impulse(c, push_[c] - operators_[c].A * terms_.velocity(c, v), held, out);
+        if (!presses(c) || (of_step_alone && !acts_in_step_alone(c))) continue;
+        terms_.add_impulse(c, linear_impulse(c, v), held, out);
     }
     return out;
 }
 
-std::vector<Momentum> ContactSolver::momenta(const Eigen::VectorXd& v, const BodyPositions& at) const {
-    std::vector<Momentum> momenta(at.x.size());
-    for (std::size_t c = 0; c < operators_.size(); ++c)
-        if (presses(c))
-            terms_.add_momentum(contacts_[c], c, push_[c] - operators_[c].A * terms_.velocity(c, v), at,
-                                momenta);
+std::vector<Momentum> ContactSolver::momenta(const Eigen::VectorXd& v, const BodyPositions& middles,
+                                             const BodyPositions& ends) const {
+    std::vector<Momentum> momenta(middles.x.size());
+    for (std::size_t c = 0; c < operators_.size(); ++c) {
+        if (!presses(c)) continue;
+        terms_.add_momentum(c, linear_impulse(c, v), acts_at_end(c) ? ends : middles, momenta);
+    }
     return momenta;
 }
 
 std::vector<PairImpulse> ContactSolver::pair_impulses(const Eigen::VectorXd& v,
-                                                      std::span<const Eigen::Vector3d> of_contacts,
+                                                      std::span<const Eigen::Vector3d> of_each,
                                                       const BodyPositions& at) const {
     std::map<std::pair<int, int>, PairImpulse> sums;
-    for (std::size_t c = 0; c < operators_.size(); ++c) {
+    for (std::size_t c = 0; c < contacts_.size(); ++c) {
         const Contact& contact = contacts_[c];
         const int a = contact.a.body,
                   b = contact.b.body < 0 ? party_of_obstacle(contact.obstacle) : contact.b.body;
         if (!presses(c) || a == b) continue;
-        Eigen::Vector3d impulse = push_[c] - operators_[c].A * terms_.velocity(c, v);
-        if (!of_contacts.empty()) impulse += of_contacts[c];
+        Eigen::Vector3d impulse = linear_impulse(c, v);
+        if (!of_each.empty()) impulse += of_each[c];
         const bool is_on_a = b < 0 || a < b;
         if (!is_on_a) impulse *= -1;
         PairImpulse& sum = sums[is_on_a ? std::pair(a, b) : std::pair(b, a)];
         sum.linear += impulse;
-        sum.angular += terms_.acts_at(contact, c, at).cross(impulse);
+        sum.angular += terms_.acts_at(c, at).cross(impulse);
     }
     std::vector<PairImpulse> all;
     for (auto& [pair, sum] : sums) {
@@ -159,7 +168,7 @@ void ContactSolver::measure_step(std::span<const StepSystem> systems, const Eige
         step_impulses_[b] = std::hypot(step_impulses_[b], systems[b].impulse_norm());
         yielding_impulses_[b] =
             std::hypot(yielding_impulses_[b],
-                       contacts_.empty() ? systems[b].impulse_norm() : systems[b].yielding_norm());
+                       operators_.empty() ? systems[b].impulse_norm() : systems[b].yielding_norm());
     }
 }
 
@@ -201,8 +210,8 @@ ContactSolveReport ContactSolver::solve(std::span<const StepSystem> systems, Eig
     scales_ = step_impulses_;
     yielding_scales_ = yielding_impulses_;
     std::vector<double> goals(yielding_scales_);
-    for (double& goal : goals) goal *= contacts_.empty() ? tolerance_ : std::max(tolerance_, first_share);
-    report.settled = contacts_.empty();
+    for (double& goal : goals) goal *= operators_.empty() ? tolerance_ : std::max(tolerance_, first_share);
+    report.settled = operators_.empty();
     bool is_measured = true;  // whether left_ is, rather than carried on from pass to pass
     int renewed = 0;          // accurate passes after which drags were set anew
     bool went_back = false;   // whether v is not where the last pass led
@@ -214,7 +223,7 @@ ContactSolveReport ContactSolver::solve(std::span<const StepSystem> systems, Eig
         report.linear_iterations += solved.iterations;
         report.converged = report.converged && solved.converged;
         if (!solved.fallback.empty()) report.fallback = solved.fallback;
-        if (contacts_.empty()) break;
+        if (operators_.empty()) break;
         const bool is_accurate =
             worst_share(linear_.norms().of(linear_.residual()), yielding_scales_) <= pass_share;
         change_.setZero(v.size());
@@ -241,7 +250,7 @@ ContactSolveReport ContactSolver::solve(std::span<const StepSystem> systems, Eig
     }
     // The impulses that were solved for balance the motion; those of the update need not, unless the last
     // pass went back to where they do.
-    if (!contacts_.empty() && !(report.settled && went_back)) {
+    if (!operators_.empty() && !(report.settled && went_back)) {
         operators_ = solved_by_;
         push_ = solved_push_;
     }

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/contact/bond.hpp"
 #include "sim/contact/contact.hpp"
 #include "sim/contact/contact_force.hpp"
 #include "sim/contact/contact_terms.hpp"
@@ -34,7 +35,7 @@ struct ContactSolveReport {
     std::string fallback{};     // empty, or why a pass was factorised
 };
 
-/// Solves the velocities of all bodies at the end of a step together with their contacts:
+/// Solves the velocities of all bodies at the end of a step together with their contacts and bonds:
 ///
 ///   A_i v_i + sum over contacts J_i^T (A_c J v - b_c) = b_i
 ///
@@ -55,17 +56,17 @@ class ContactSolver {
                            std::shared_ptr<RestHierarchies> hierarchies = nullptr)
         : tolerance_(config.tolerance), linear_(config, std::move(hierarchies)) {}
 
-    /// Sets the contacts of a step; the velocities before it, v (stacked, prescribed ones in place), give the
-    /// first guess of how they press and slip.
-    /// shapes: one per body. first_unknown: start of each body's velocities in the stacked vector, then its
-    /// length. tolerance: see ContactConfig. dt: seconds. each_contact: whether friction must be right at
-    /// each contact rather than between each two bodies, as Newton's iteration needs it, whose residual has
-    /// all of them. All arguments must outlive solve().
-    void begin(std::span<const Contact> contacts, std::span<const ContactShape* const> shapes,
-               std::span<const int> first_unknown, double tolerance, double dt, const Eigen::VectorXd& v,
-               bool each_contact);
-    /// Other contacts for the same step, as seen from its iterate v.
-    void set_contacts(std::span<const Contact> contacts, const Eigen::VectorXd& v);
+    /// Sets the contacts and bonds of a step; the velocities before it, v (stacked, prescribed ones in
+    /// place), give the first guess of how they press and slip. shapes: one per body. first_unknown: start of
+    /// each body's velocities in the stacked vector, then its length. tolerance: see ContactConfig.
+    /// each_contact: whether friction must be right at each contact rather than between each two bodies, as
+    /// Newton's iteration needs it, whose residual has all of them. All arguments must outlive solve().
+    void begin(std::span<const Contact> contacts, std::span<const Bond> bonds,
+               std::span<const ContactShape* const> shapes, std::span<const int> first_unknown,
+               double tolerance, const TimeStep& step, const Eigen::VectorXd& v, bool each_contact);
+    /// Others for the same step, as seen from its iterate v.
+    void set_contacts(std::span<const Contact> contacts, std::span<const Bond> bonds,
+                      const Eigen::VectorXd& v);
 
     /// systems: assembled and prescribed. v: initial guess on entry, velocities at the end of the step on
     /// return.
@@ -77,21 +78,27 @@ class ContactSolver {
     /// contacts of the last solve(). The first solve() after begin() takes them.
     double share_of_scales(const Eigen::VectorXd& r, const Eigen::VectorXd& rounding) const;
 
-    /// Linearises the contacts at velocities v.
+    /// Linearises the contacts and bonds at velocities v.
     void linearise(const Eigen::VectorXd& v);
 
-    /// Contact impulses on the nodes over the step at end velocities v, linearised by the last linearise() or
-    /// solve(). Newton seconds, stacked like v; includes nodes with prescribed velocity.
+    /// Impulses of contacts and bonds on the nodes over the step at end velocities v, linearised by the last
+    /// linearise() or solve(). Newton seconds, stacked like v; includes nodes with prescribed velocity.
     Eigen::VectorXd impulses(const Eigen::VectorXd& v) const;
 
-    /// What these impulses give to the momentum of each body. at: positions at which they act.
-    std::vector<Momentum> momenta(const Eigen::VectorXd& v, const BodyPositions& at) const;
+    /// Likewise of contacts and of bonds that are no springs: those that act in this step alone.
+    Eigen::VectorXd step_impulses(const Eigen::VectorXd& v) const;
+
+    /// What all impulses give to the momentum of each body. middles: positions at which those of
+    /// step_impulses() act; ends: those at the end of the step, where those of springs do, and those of all
+    /// bonds in a step of backward Euler.
+    std::vector<Momentum> momenta(const Eigen::VectorXd& v, const BodyPositions& middles,
+                                  const BodyPositions& ends) const;
 
     /// What impulses on bodies as a whole do at the end of a step while its contacts resist.
     struct RigidResponse {
-        std::vector<RigidVector> motions;          // [bodies] zero where something holds the body
-        Eigen::VectorXd impulses;                  // of the contacts on the nodes, N s, stacked like v
-        std::vector<Eigen::Vector3d> of_contacts;  // [contacts] on their points a, N s
+        std::vector<RigidVector> motions;      // [bodies] zero where something holds the body
+        Eigen::VectorXd impulses;              // of the contacts on the nodes, N s, stacked like v
+        std::vector<Eigen::Vector3d> of_each;  // [contacts + bonds] on their points a, N s
     };
     /// v: the solution of the step. impulses: [bodies]. inertia: [bodies], with what of the damping resists;
     /// none of a body that something holds. at: positions at the end of the step. Contacts resist as they
@@ -101,14 +108,24 @@ class ContactSolver {
                            const BodyPositions& at) const;
 
     /// The impulses at v and those of a response, by bodies and obstacles that touch, in a fixed order;
-    /// without those within a body. of_contacts: see RigidResponse; may be empty. at: positions at which they
+    /// without those within a body. of_each: see RigidResponse; may be empty. at: positions at which they
     /// act.
-    std::vector<PairImpulse> pair_impulses(const Eigen::VectorXd& v,
-                                           std::span<const Eigen::Vector3d> of_contacts,
+    std::vector<PairImpulse> pair_impulses(const Eigen::VectorXd& v, std::span<const Eigen::Vector3d> of_each,
                                            const BodyPositions& at) const;
 
     /// The contacts that press, at velocities v at the end of the step. They refer to those of begin().
     std::vector<RubbedContact> rubbed(const Eigen::VectorXd& v) const;
+
+    /// The impulse of a bond on its point a over the step at v, linearised likewise, with that of a response,
+    /// N s. of_each: see RigidResponse; may be empty.
+    Eigen::Vector3d bond_impulse(std::size_t bond, const Eigen::VectorXd& v,
+                                 std::span<const Eigen::Vector3d> of_each = {}) const;
+    /// Where it acts, see momenta().
+    Eigen::Vector3d bond_place(std::size_t bond, const BodyPositions& middles,
+                               const BodyPositions& ends) const;
+
+    /// Potential of the bonds at velocities v, with half the work of their damping, joules.
+    double bond_potential(const Eigen::VectorXd& v) const;
 
     /// Potential of friction at velocities v, joules, for the normal impulses that contacts have at
     /// `friction_at`.
@@ -133,12 +150,23 @@ class ContactSolver {
     Eigen::Vector3d friction_off(std::size_t contact, const Rub& rub) const;
     std::vector<bool> wrong_pairs(const std::vector<Rub>& rubs) const;
     void linearise(const Eigen::VectorXd& v, bool solved, bool renews);
+    BondLaw::Terms bond_terms(std::size_t bond, const Eigen::VectorXd& v) const;
+    void linearise_bonds(const Eigen::VectorXd& v);
+    Eigen::Vector3d linear_impulse(std::size_t index, const Eigen::VectorXd& v) const {
+        return push_[index] - operators_[index].A * terms_.velocity(index, v);
+    }
     struct Touch;
     std::vector<Touch> touches(const Eigen::VectorXd& v, std::span<const std::optional<RigidMatrix>> inertia,
                                const BodyPositions& at) const;
     void set_operator(std::size_t contact, const ContactImpulse& impulse, double drag);
     double next_drag(std::size_t contact, double most, double slip) const;
-    Eigen::VectorXd impulses(const Eigen::VectorXd& v, bool held) const;
+    Eigen::VectorXd impulses(const Eigen::VectorXd& v, bool held, bool of_step_alone = false) const;
+    bool acts_at_end(std::size_t index) const {
+        return index >= contacts_.size() && (!acts_in_step_alone(index) || velocity_factor_ == 1);
+    }
+    bool acts_in_step_alone(std::size_t index) const {
+        return index < contacts_.size() || !bonds_[index - contacts_.size()].is_spring;
+    }
     bool go_back(const Eigen::VectorXd& begin, Eigen::VectorXd& v);
     bool set_goals(std::vector<double>& goals) const;
     void set_rhs(std::span<const StepSystem> systems);
@@ -147,15 +175,16 @@ class ContactSolver {
     bool presses(std::size_t contact) const { return !operators_[contact].A.isZero(0); }
 
     std::span<const Contact> contacts_;
+    std::span<const Bond> bonds_;  // their numbers below follow those of the contacts
     std::span<const ContactShape* const> shapes_;
     std::span<const int> first_unknown_;
-    double settled_share_ = 0, dt_ = 0;
+    double settled_share_ = 0, dt_ = 0, velocity_factor_ = 1;
     bool each_contact_ = false;
     std::vector<std::array<int, 2>> pairs_;  // bodies of contacts, the larger first; -1: the obstacles
-    std::vector<std::size_t> pair_of_;       // [contacts]
+    std::vector<std::size_t> pair_of_;       // [contacts + bonds]
     ContactTerms terms_;
-    std::vector<Coupling> operators_;    // [contacts] from the last linearise()
-    std::vector<Eigen::Vector3d> push_;  // [contacts] b of the contact impulses, from the last linearise()
+    std::vector<Coupling> operators_;    // [contacts + bonds] from the last linearise()
+    std::vector<Eigen::Vector3d> push_;  // [contacts + bonds] b of the impulses, from the last linearise()
     std::vector<Coupling> solved_by_;    // operators_ and push_ of the last solve
     std::vector<Eigen::Vector3d> solved_push_;
     std::vector<int> releases_;  // [contacts] how often they let go between passes

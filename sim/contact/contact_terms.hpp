@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "sim/contact/bond.hpp"
 #include "sim/contact/contact.hpp"
 #include "sim/fem/momentum.hpp"
 #include "sim/fem/step_system.hpp"
@@ -17,8 +18,8 @@ struct BodyPositions {
     std::vector<Eigen::Vector3d> centres;
 };
 
-/// How the relative velocity of the two points of each contact follows from the velocities of nodes: the map
-/// J of each contact.
+/// How the relative velocity of the two points of each contact or bond follows from the velocities of nodes:
+/// the map J of each. Their numbers are those in which they were added.
 class ContactTerms {
  public:
     void clear();
@@ -26,6 +27,8 @@ class ContactTerms {
     /// shapes: one per body. first_unknown: start of each body's velocities in the stacked vector.
     void add(const Contact& contact, std::span<const ContactShape* const> shapes,
              std::span<const int> first_unknown);
+
+    void add(const Bond& bond, std::span<const int> first_unknown);
 
     /// Notes which nodes have prescribed velocities.
     void hold(std::span<const StepSystem> systems);
@@ -45,19 +48,26 @@ class ContactTerms {
     /// out += J^T p. held: whether nodes with prescribed velocities take part.
     void add_impulse(std::size_t contact, const Eigen::Vector3d& p, bool held, Eigen::VectorXd& out) const;
 
-    /// Where the impulse of a contact of two bodies acts: halfway between its two points, so that the pair
-    /// does not turn by itself; at point a where b is an obstacle's.
-    Eigen::Vector3d acts_at(const Contact& contact, std::size_t index, const BodyPositions& at) const;
+    /// The bodies of the points a and b; -1: an obstacle or the world.
+    const std::array<int, 2>& bodies(std::size_t contact) const noexcept { return bodies_[contact]; }
 
-    /// Adds what the impulse p on the contact's point a, and -p on b, gives to the momenta of the bodies.
-    void add_momentum(const Contact& contact, std::size_t index, const Eigen::Vector3d& p,
-                      const BodyPositions& at, std::vector<Momentum>& momenta) const;
+    /// Where the impulse between two bodies acts: halfway between the two points, so that the pair does not
+    /// turn by itself; at the point of a body where the other is no body's.
+    Eigen::Vector3d acts_at(std::size_t contact, const BodyPositions& at) const;
+
+    /// Adds what the impulse p on the point a, and -p on b, gives to the momenta of the bodies.
+    void add_momentum(std::size_t contact, const Eigen::Vector3d& p, const BodyPositions& at,
+                      std::vector<Momentum>& momenta) const;
 
  private:
     void add_point(const SurfacePoint& point, double sign, std::span<const ContactShape* const> shapes,
                    std::span<const int> first_unknown);
 
+    void add_term(int body, int node, double weight, std::ptrdiff_t begin,
+                  std::span<const int> first_unknown);
+
     std::vector<CouplingTerm> terms_;
+    std::vector<std::array<int, 2>> bodies_;
     std::vector<std::size_t> begin_{0};  // [contacts + 1] range of each contact
 };
 

@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "meshing/body/body.hpp"
-#include "meshing/body/rigid_body.hpp"
 #include "meshing/parallel/parallel_for.hpp"
 #include "meshing/surface/quadratic_tets.hpp"
 #include "sim/fem/quadratic_points.hpp"
@@ -181,7 +180,7 @@ void ElasticBody::set_masses(const std::vector<double>& density) {
     const auto of_tets = nodes_of_tets(rest_);
     const int n = nodes_per_tet();
     node_mass_ = Eigen::VectorXd::Zero(node_count());
-    const bool is_consistent = rest_.is_quadratic() || is_rigid(rest_);
+    const bool is_consistent = rest_.is_quadratic() || is_rigid();
     if (is_consistent) mass_.assign(pattern_.block_count(), 0);
     const ShapeProducts of_full = products_in_full_tet();
     for (int t = 0; t < element_count(); ++t) {
@@ -317,6 +316,7 @@ void ElasticBody::sum_blocks(double mass_scale, double stiffness_scale, const st
 // the damping is lambda t_a t_b^T + mu t_b t_a^T + mu s_a.s_b F F^T.
 void ElasticBody::combine(double mass_scale, double stiffness_scale, const ElementPose& pose,
                           StepMatrix& A) const {
+    if (is_rigid()) return combine_rigidly(mass_scale, stiffness_scale, pose, A);
     if (!pose.blocks.empty()) return sum_blocks(mass_scale, stiffness_scale, pose.blocks, A);
     if (!pose.quadratic_blocks.empty())
         return sum_blocks(mass_scale, stiffness_scale, pose.quadratic_blocks, A);
@@ -353,6 +353,37 @@ void ElasticBody::combine(double mass_scale, double stiffness_scale, const Eleme
         }
         return value;
     });
+}
+
+/// As combine(), in double precision, for the one tetrahedron of a rigid body.
+void ElasticBody::combine_rigidly(double mass_scale, double stiffness_scale, const ElementPose& pose,
+                                  StepMatrix& A) const {
+    Eigen::Matrix<double, 12, 12> K;
+    ElementForces scratch;
+    Nodes unit = Nodes::Zero(4, 3), forces(4, 3);
+    for (int column = 0; column < 12; ++column) {
+        unit.data()[column] = 1;
+        tangent_product(pose, unit, scratch, forces);
+        K.col(column) = stiffness_scale * forces.reshaped<Eigen::RowMajor>();
+        unit.data()[column] = 0;
+    }
+    for (int i = 0; i < 4; ++i) {
+        const auto row = pattern_.neighbours(i);
+        for (int k = 0; k < 4; ++k) {
+            if (row[k] == i) continue;
+            const Eigen::Matrix3d mass =
+                mass_scale * mass_[pattern_.first_block(i) + k] * Eigen::Matrix3d::Identity();
+            A.set_exactly(i, k, mass + K.block<3, 3>(3 * i, 3 * row[k]));
+        }
+    }
+    A.balance_rows(mass_scale * node_mass_);
+}
+
+double ElasticBody::energy_by_linear_strain(const ElementPose& pose, NodesRef x) const {
+    const Eigen::Matrix3d F = pose.R[0].lane(0).transpose() * deformation_gradient(x, 0);
+    const Eigen::Matrix3d strain = (F + F.transpose()) / 2 - Eigen::Matrix3d::Identity();
+    return volume_[0] *
+           (moduli_[0].mu * strain.squaredNorm() + moduli_[0].lambda / 2 * std::pow(strain.trace(), 2));
 }
 
 void ElasticBody::node_rotations(const ElementPose& pose, std::vector<Eigen::Matrix3f>& rotations) const {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "meshing/body/body.hpp"
+#include "meshing/body/rigid_body.hpp"
 #include "meshing/surface/mesh.hpp"
 #include "sim/factor/block_pattern.hpp"
 #include "sim/fem/quadratic_points.hpp"
@@ -114,6 +115,7 @@ class ElasticBody {
 
     int node_count() const noexcept { return rest_.X.rows(); }
     int element_count() const noexcept { return rest_.T.rows(); }
+    bool is_rigid() const noexcept { return nbd::is_rigid(rest_); }
     int unknown_count() const noexcept { return 3 * node_count(); }
     const TetMesh& rest() const noexcept { return rest_; }
     /// Of integration: point p belongs to tetrahedron p / points_per_tet().
@@ -160,6 +162,11 @@ class ElasticBody {
     void pose(NodesRef x, ElementPose& pose, ElementForces& forces, Tangent tangent = Tangent::rotated,
               const StepMotion* motion = nullptr) const;
 
+    /// The elastic energy of a rigid body, joules, with its strain to first order about the rotation of a
+    /// pose: what a step along straight lines adds to it by turning is no strain, see StepPotential. x: [4,
+    /// 3].
+    double energy_by_linear_strain(const ElementPose& pose, NodesRef x) const;
+
     /// The forces of elasticity and the damping of stiffness on the nodes, newtons, at the positions x with
     /// the velocities v, all [N, 3].
     Nodes inner_forces(NodesRef x, NodesRef v) const;
@@ -168,7 +175,7 @@ class ElasticBody {
     void sum_forces(const ElementForces& forces, Eigen::Ref<Nodes> out) const;
 
     /// Zeros, with the blocks of pattern(). The body must outlive the matrix.
-    StepMatrix zero_matrix() const { return {pattern_, order_}; }
+    StepMatrix zero_matrix() const { return {pattern_, order_, is_rigid()}; }
 
     /// A = mass_scale * M + stiffness_scale * (K + damping D)(pose), in place. A must come from
     /// zero_matrix().
@@ -225,6 +232,8 @@ class ElasticBody {
     std::size_t moduli_index(int tet) const noexcept {
         return moduli_of_tet_.empty() ? 0 : moduli_of_tet_[tet];
     }
+    void combine_rigidly(double mass_scale, double stiffness_scale, const ElementPose& pose,
+                         StepMatrix& A) const;
     template <class Block>
     void fill(double mass_scale, StepMatrix& A, const Block& block) const;
     template <class Blocks>

@@ -11,13 +11,16 @@
 namespace nbd {
 
 /// The symmetric matrix of a step, in 3x3 blocks. Those off the diagonal are in single precision, those on it
-/// in double precision, so that rows keep their sums: moving all nodes alike costs no force.
+/// in double precision, so that rows keep their sums: moving all nodes alike costs no force. That of a rigid
+/// body has all in double precision, too, as its stiffness outweighs its inertia by many millions.
 class StepMatrix {
  public:
-    /// Zeros. pattern: must outlive the matrix. order: of the pattern.
-    StepMatrix(const BlockPattern& pattern, std::shared_ptr<const SweepOrder> order)
+    /// Zeros. pattern: must outlive the matrix. order: of the pattern. exact: whether to keep blocks in
+    /// double precision.
+    StepMatrix(const BlockPattern& pattern, std::shared_ptr<const SweepOrder> order, bool exact)
         : pattern_(&pattern),
           blocks_(std::move(order)),
+          exact_(exact ? pattern.block_count() : 0, Eigen::Matrix3d::Zero()),
           diagonal_(pattern.node_count(), Eigen::Matrix3d::Zero()) {}
 
     /// Blocks off the diagonal, and those on it, [N].
@@ -30,6 +33,11 @@ class StepMatrix {
 
     /// Sets a block off the diagonal; its transpose must be set too.
     void set(int i, int k, const Eigen::Matrix3f& block) noexcept { blocks_.set(i, k, block); }
+    /// Likewise, of a matrix that is exact.
+    void set_exactly(int i, int k, const Eigen::Matrix3d& block) noexcept {
+        blocks_.set(i, k, block.cast<float>());
+        exact_[pattern_->first_block(i) + k] = block;
+    }
 
     /// Sets the diagonal blocks such that the blocks of row i sum up to sums[i] times the identity, as far as
     /// a symmetric block can. sums: [N].
@@ -43,7 +51,12 @@ class StepMatrix {
 
  private:
     const BlockPattern* pattern_;
+    /// Calls visit(j, block) for the blocks of row i that are off the diagonal.
+    template <class Visit>
+    void for_each_beside(int i, const Visit& visit) const;
+
     SweepMatrix<FloatBlocks<3, 3>> blocks_;
+    std::vector<Eigen::Matrix3d> exact_;  // [blocks] of a matrix that is exact, else empty
     std::vector<Eigen::Matrix3d> diagonal_;
 };
 

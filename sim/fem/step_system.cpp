@@ -153,7 +153,8 @@ double StepPotential::value(const Nodes& v) {
     if (start_.impulses.rows() > 0) sum -= c * start_.impulses.cwiseProduct(relative).sum();
     body_.damping_product(damping_, v, forces_, product);
     sum += 0.5 * c * dt * material.rayleigh_stiffness * product.cwiseProduct(v).sum();
-    return sum + body_.measure(start_.x + dt * v).energy;
+    const Nodes x = start_.x + dt * v;
+    return sum + (body_.is_rigid() ? body_.energy_by_linear_strain(damping_, x) : body_.measure(x).energy);
 }
 
 Nodes StepPotential::gradient(const Nodes& v) {

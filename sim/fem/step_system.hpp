@@ -109,7 +109,9 @@ class StepSystem {
 ///   P(v) = 1/2 |c v - v*|^2_M + E(x* + dt v) - dt v.(M g + f_outer)
 ///          + c dt/2 (c alpha |v|^2_M + beta |v|^2_D)
 ///
-/// is the impulse balance that the step solves. Joules, up to a constant. Contact forces are not included.
+/// is the impulse balance that the step solves. Joules, up to a constant. Contact forces are not included. E
+/// of a rigid body is that of its linear strain: a line search along straight ways would otherwise hardly let
+/// it turn.
 class StepPotential {
  public:
     /// Stores references to all arguments but the step. damping: elements of the step, which define the

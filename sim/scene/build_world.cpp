@@ -151,6 +151,16 @@ void move(SceneObstacle& obstacle, const Eigen::Vector3d& by) {
         obstacle.placement.translate += by;
 }
 
+void move(Joint& joint, const Eigen::Vector3d& by) {
+    if (auto* ball = std::get_if<BallJoint>(&joint.kind)) ball->point += by;
+    if (auto* hinge = std::get_if<HingeJoint>(&joint.kind)) hinge->point += by;
+    if (auto* slider = std::get_if<SliderJoint>(&joint.kind)) slider->point += by;
+    if (auto* cord = std::get_if<CordJoint>(&joint.kind)) {
+        cord->from += by;
+        cord->to += by;
+    }
+}
+
 /// Calls act(), and puts the body's place in the scene before the message of what it throws.
 template <class Act>
 void naming_body(const SceneSpec& spec, std::size_t b, const Act& act) {
@@ -257,6 +267,23 @@ WorldBody make_world_body(const SceneBody& spec, const LoadedBody& loaded,
     return result;
 }
 
+Joint make_joint(const SceneJoint& spec, const World& world) {
+    Joint joint = spec.joint;
+    auto* weld = std::get_if<WeldJoint>(&joint.kind);
+    if (!weld) return joint;
+    const bool is_rigid = world.elastic(joint.a).is_rigid();
+    const Nodes x = is_rigid ? world.surface(joint.a) : world.state(joint.a).x;
+    const std::vector<int> inside = nodes_in(*spec.region, x);
+    // Fewer places let a rigid body turn.
+    constexpr std::size_t least_of_rigid = 3;
+    if (inside.empty() || (is_rigid && inside.size() < least_of_rigid))
+        throw std::invalid_argument(
+            fmt::format("{}.weld.region: holds {} of the {} of the first body; allowed: {} or more", spec.key,
+                        inside.size(), is_rigid ? "vertices" : "nodes", is_rigid ? least_of_rigid : 1));
+    weld->places = x(inside, Eigen::all);
+    return joint;
+}
+
 Obstacle make_obstacle(const SceneObstacle& spec) {
     Obstacle obstacle = spec.obstacle;
     if (spec.mesh.empty() && spec.made.F.rows() == 0) return obstacle;
@@ -308,6 +335,10 @@ SceneSpec local_scene(SceneSpec spec, std::span<const LoadedBody> bodies,
         }
     }
     for (SceneObstacle& obstacle : spec.obstacles) move(obstacle, -origin);
+    for (SceneJoint& joint : spec.joints) {
+        move(joint.joint, -origin);
+        if (joint.region) move(*joint.region, -origin);
+    }
     return spec;
 }
 
@@ -341,6 +372,7 @@ World build_world(const SceneSpec& given, std::span<const LoadedBody> bodies, st
             throw std::invalid_argument(fmt::format("obstacles[{}]: {}", o, error.what()));
         }
     }
+    for (const SceneJoint& joint : spec.joints) world.add_joint(make_joint(joint, world));
     for (const ScenePair& pair : spec.pairs) world.set_pair(pair.a, pair.b, pair.rule);
     if (moves)
         *moves = move_apart(spec, world);

@@ -22,6 +22,8 @@ const char* name(ReactionBy by) noexcept {
             return "obstacle";
         case ReactionBy::body:
             return "body";
+        case ReactionBy::joint:
+            return "joint";
     }
     return "";
 }
@@ -34,6 +36,8 @@ std::string reaction_name(const SceneSpec& spec, const Reaction& reaction) {
             return spec.obstacles.at(reaction.number).name;
         case ReactionBy::body:
             return unique_name(spec, reaction.number);
+        case ReactionBy::joint:
+            return spec.joints.at(reaction.number).joint.name;
         case ReactionBy::driven:
             break;
     }

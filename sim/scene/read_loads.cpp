@@ -10,22 +10,21 @@ constexpr std::pair<const char*, LoadKind> load_kinds[]{{"force", LoadKind::forc
                                                         {"acceleration", LoadKind::acceleration},
                                                         {"pressure", LoadKind::pressure}};
 
-/// A factor by keyframes.
-Keyed<double> read_factor(JsonObject& from) {
-    Keyed<double> factor;
-    for (const auto& [time, value] : from.number_pairs("factor")) {
-        if (!factor.empty() && !(time > factor.times.back())) {
-            from.problem("factor", fmt::format("its times must increase, but {:.6g} s follows {:.6g} s", time,
-                                               factor.times.back()));
+}  // namespace
+
+Keyed<double> read_keyed(JsonObject& from, const char* key) {
+    Keyed<double> keyed;
+    for (const auto& [time, value] : from.number_pairs(key)) {
+        if (!keyed.empty() && !(time > keyed.times.back())) {
+            from.problem(key, fmt::format("its times must increase, but {:.6g} s follows {:.6g} s", time,
+                                          keyed.times.back()));
             return {};
         }
-        factor.times.push_back(time);
-        factor.values.push_back(value);
+        keyed.times.push_back(time);
+        keyed.values.push_back(value);
     }
-    return factor;
+    return keyed;
 }
-
-}  // namespace
 
 SceneLoad read_load(JsonObject& from) {
     SceneLoad load{.key = key_of(from), .region = {}, .load = {}};
@@ -39,7 +38,7 @@ SceneLoad read_load(JsonObject& from) {
         else
             load.load.value = from.vector(key, load.load.value);
     }
-    load.load.factor = read_factor(from);
+    load.load.factor = read_keyed(from, "factor");
     from.finish();
     return load;
 }

@@ -66,7 +66,7 @@ SceneObstacle read_obstacle(JsonObject& from, const std::filesystem::path& base)
     SceneObstacle result;
     result.name = from.text("name", "");
     if (result.name.empty()) result.name = from.path("");
-    const std::string kind = 
+    const std::string kind =
         from.need_one({"plane", "sphere", "box", "cylinder", "capsule", "heights", "mesh"});
     if (kind == "plane") {
         JsonObject plane = from.object("plane");

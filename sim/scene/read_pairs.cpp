@@ -9,38 +9,23 @@
 namespace nbd {
 namespace {
 
-/// Finds the bodies and obstacles that the keys of a rule name. A name that is wrong is a problem, and is
-/// taken as 0.
-struct PairNames {
-    std::vector<std::string> bodies, obstacles;
-
-    int body(const JsonObject& from, const std::string& key, const std::string& name) const {
-        return find(from, key, name, bodies, "body");
+int find_name(const JsonObject& from, const std::string& key, const std::string& name,
+              const std::vector<std::string>& names, const char* what) {
+    const auto found = std::ranges::find(names, name);
+    if (found == names.end()) {
+        std::string all;
+        for (const std::string& one : names) all += (all.empty() ? "" : ", ") + one;
+        from.problem(key, fmt::format("no {} is named \"{}\"; allowed: {}{}", what, name,
+                                      all.empty() ? "none, there are none" : all,
+                                      nearest_hint(name, names, "; the nearest is \"{}\"")));
+        return 0;
     }
-    int obstacle(const JsonObject& from, const std::string& key, const std::string& name) const {
-        return find(from, key, name, obstacles, "obstacle");
-    }
+    if (std::ranges::count(names, name) > 1)
+        from.problem(key, fmt::format("several have the name \"{}\"; give each a \"name\" of its own", name));
+    return found - names.begin();
+}
 
- private:
-    static int find(const JsonObject& from, const std::string& key, const std::string& name,
-                    const std::vector<std::string>& names, const char* what) {
-        const auto found = std::ranges::find(names, name);
-        if (found == names.end()) {
-            std::string all;
-            for (const std::string& one : names) all += (all.empty() ? "" : ", ") + one;
-            from.problem(key, fmt::format("no {} is named \"{}\"; allowed: {}{}", what, name,
-                                          all.empty() ? "none, there are none" : all,
-                                          nearest_hint(name, names, "; the nearest is \"{}\"")));
-            return 0;
-        }
-        if (std::ranges::count(names, name) > 1)
-            from.problem(key,
-                         fmt::format("several have the name \"{}\"; give each a \"name\" of its own", name));
-        return found - names.begin();
-    }
-};
-
-ScenePair read_pair(JsonObject& from, const PairNames& names) {
+ScenePair read_pair(JsonObject& from, const SceneNames& names) {
     ScenePair pair{.key = from.path(""), .a = 0, .b = 0, .rule = {}};
     const std::string kind = from.need_one({"bodies", "body"});
     if (kind == "bodies") {
@@ -68,10 +53,21 @@ ScenePair read_pair(JsonObject& from, const PairNames& names) {
 
 }  // namespace
 
+SceneNames::SceneNames(const SceneSpec& spec) {
+    for (const SceneBody& body : spec.bodies) bodies_.push_back(body.name);
+    for (const SceneObstacle& obstacle : spec.obstacles) obstacles_.push_back(obstacle.name);
+}
+
+int SceneNames::body(const JsonObject& from, const std::string& key, const std::string& name) const {
+    return find_name(from, key, name, bodies_, "body");
+}
+
+int SceneNames::obstacle(const JsonObject& from, const std::string& key, const std::string& name) const {
+    return find_name(from, key, name, obstacles_, "obstacle");
+}
+
 std::vector<ScenePair> read_pairs(JsonObject& contact, const SceneSpec& spec) {
-    PairNames names;
-    for (const SceneBody& body : spec.bodies) names.bodies.push_back(body.name);
-    for (const SceneObstacle& obstacle : spec.obstacles) names.obstacles.push_back(obstacle.name);
+    const SceneNames names(spec);
     std::vector<ScenePair> pairs;
     std::map<std::pair<int, int>, std::string> named;  // by which entry
     for (JsonObject& from : contact.objects("pairs")) {

@@ -45,4 +45,20 @@ void read_gravity(JsonObject& from, SceneSpec& spec);
 /// The rules `pairs` of `contact`. spec: with its bodies and obstacles.
 std::vector<ScenePair> read_pairs(JsonObject& contact, const SceneSpec& spec);
 
+/// Finds the bodies and obstacles that keys name. A name that is wrong is a problem, and is taken as 0.
+class SceneNames {
+ public:
+    explicit SceneNames(const SceneSpec& spec);
+    int body(const JsonObject& from, const std::string& key, const std::string& name) const;
+    int obstacle(const JsonObject& from, const std::string& key, const std::string& name) const;
+
+ private:
+    std::vector<std::string> bodies_, obstacles_;
+};
+
+/// A number by keyframes: pairs of a time and a value.
+Keyed<double> read_keyed(JsonObject& from, const char* key);
+
+std::vector<SceneJoint> read_joints(JsonObject& from, const SceneSpec& spec);
+
 }  // namespace nbd

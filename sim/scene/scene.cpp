@@ -123,6 +123,7 @@ SceneReading read_scene(std::string_view text, const std::filesystem::path& base
         result.obstacle_is_good.push_back(reading.problems.size() == before);
     }
     read_gravity(from, spec);
+    spec.joints = read_joints(from, spec);
     spec.contact = read_contact(from.object("contact"), spec);
     spec.step = read_solver(from.object("solver"));
     spec.time = read_time(from.object("time"));

@@ -107,6 +107,12 @@ struct ScenePair {
     PairRule rule;
 };
 
+struct SceneJoint {
+    std::string key;                 // "joints[1]", for messages
+    Joint joint;                     // a weld's places are those in `region`
+    std::optional<Region> region{};  // of a weld: nodes of the first body, or vertices of a rigid one
+};
+
 struct SceneTime {
     double dt = 5e-3;  // step length, seconds
     int frames = 100;
@@ -126,6 +132,7 @@ struct SceneSpec {
     std::optional<Eigen::Vector3d> origin{};
     std::vector<SceneBody> bodies;
     std::vector<SceneObstacle> obstacles;
+    std::vector<SceneJoint> joints{};
     Eigen::Vector3d gravity{0, 0, -9.81};  // the first one of gravity_keys if there are any
     Keyed<Eigen::Vector3d> gravity_keys;
     ContactConfig contact;

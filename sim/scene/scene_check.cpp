@@ -189,8 +189,23 @@ class SceneCheck {
         }
     }
 
+    void check_joint(const SceneJoint& spec) {
+        const Joint& joint = spec.joint;
+        if (!party_in_world_.contains(joint.a) || (joint.b >= 0 && !party_in_world_.contains(joint.b)))
+            return;
+        SceneJoint local = spec;
+        local.joint.a = party_in_world_[joint.a];
+        if (joint.b >= 0) local.joint.b = party_in_world_[joint.b];
+        try {
+            world_.add_joint(make_joint(local, world_));
+        } catch (const std::invalid_argument& error) {
+            findings_.problems.push_back(error.what());
+        }
+    }
+
     /// As a run begins.
     void check_start() {
+        for (const SceneJoint& joint : spec_.joints) check_joint(joint);
         for (const auto& [key, a, b, rule] : spec_.pairs)
             if (party_in_world_.contains(a) && party_in_world_.contains(b))
                 world_.set_pair(party_in_world_[a], party_in_world_[b], rule);

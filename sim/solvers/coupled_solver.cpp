@@ -177,12 +177,16 @@ bool CoupledSolver::refine(const CoupledSystem& system, const Eigen::VectorXd& b
     return report.converged;
 }
 
-/// Factorises the patch of nodes in contact. Returns whether it has a factor.
+/// Factorises the patch of nodes in contact and of rigid bodies. Returns whether it has a factor.
 bool CoupledSolver::factorize_contacts(const CoupledSystem& system) {
     std::vector<char> inside(system.node_count(), 0);
     for (const Coupling& coupling : system.couplings)
         if (coupling.end - coupling.begin > 1 && !coupling.A.isZero(0))
             for (const CouplingTerm& t : system.terms_of(coupling)) inside[t.unknown / 3] = 1;
+    for (std::size_t b = 0; b < system.systems.size(); ++b)
+        if (system.systems[b].body().is_rigid())
+            std::fill(inside.begin() + system.first_unknown[b] / 3,
+                      inside.begin() + system.first_unknown[b + 1] / 3, 1);
     return patch_.factorize(system, couplings_, inside);
 }
 

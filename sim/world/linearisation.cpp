@@ -74,7 +74,11 @@ void World::build_systems(const std::vector<PrescribedNodes>& given, const Eigen
         Body& body = at(b);
         const Nodes w = iterate ? body_part(b, *iterate) : first_iterate(body);
         set_end_forces(body, body.start.x + step_.dt * w);
-        systems_[b].assemble(body.start, step_, end_loads(body), w, config_.step.tangent);
+        // What pulls at a rigid body is far beyond its weight, so that an iteration needs how that turns with
+        // it.
+        const bool is_full = body.elastic->is_rigid() && iterate;
+        systems_[b].assemble(body.start, step_, end_loads(body), w,
+                             is_full ? Tangent::full : config_.step.tangent);
     }
     for (std::size_t b = 0; b < bodies_.size(); ++b) systems_[b].prescribe(given[b]);
 }

@@ -45,7 +45,7 @@ void World::add_holding_reactions(const StepPart& part, int index, const Nodes& 
     const Body& body = at(index);
     std::vector<int> grip_of(x.rows(), -1);  // -1: driven
     for (std::size_t g = 0; g < body.grips.size(); ++g)
-        if (time_ < body.grips[g].release)
+        if (body.grips[g].holds(time_))
             for (const int node : body.grips[g].nodes) grip_of[node] = g;
     const double rate = part.share / part.dt;
     for (std::size_t k = 0; k < body.before->held.size(); ++k) {

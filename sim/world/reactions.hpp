@@ -13,6 +13,7 @@ enum class ReactionBy {
     driven,    // what drives nodes, see World::drive()
     obstacle,  // by contact and friction
     body,      // likewise, another body
+    joint,     // see World::add_joint()
 };
 
 /// A force on a body, a mean over a step: its impulses in the step, over the length of the step. In a step of
@@ -24,7 +25,8 @@ enum class ReactionBy {
 struct Reaction {
     int body = 0;  // on which it acts
     ReactionBy by = ReactionBy::grip;
-    int number = 0;  // of the grip among those of the body, of the obstacle, or of the other body
+    int number =
+        0;  // of the grip among those of the body, of the obstacle, of the other body, or of the joint
     Eigen::Vector3d force = Eigen::Vector3d::Zero();   // N
     Eigen::Vector3d torque = Eigen::Vector3d::Zero();  // about the origin, N m
 };

@@ -156,7 +156,7 @@ std::vector<Contact> World::too_near() {
 }
 
 bool World::can_be_moved(int body) const {
-    return body >= 0 && at(body).grips.empty() && at(body).driven.nodes.empty();
+    return body >= 0 && !is_joined(body) && at(body).grips.empty() && at(body).driven.nodes.empty();
 }
 
 /// The way by which a body leaves an obstacle, to `room` metres from it; zero if no vertex is in it, nor too

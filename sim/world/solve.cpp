@@ -9,6 +9,7 @@
 
 #include "collision/base/stop.hpp"
 #include "collision/base/stopwatch.hpp"
+#include "meshing/body/rigid_body.hpp"
 #include "sim/fem/step_system.hpp"
 #include "sim/world/world.hpp"
 
@@ -123,6 +124,21 @@ double World::trusted_share(double dt, const Eigen::VectorXd& v, const Eigen::Ve
     return share;
 }
 
+/// How much a rigid body at v is strained by turning along straight ways from where it was linearised: by
+/// half the square of its turn, which a linearisation at v does not have. The largest of all bodies.
+double World::strain_of_turns(double dt, const Eigen::VectorXd& v) const {
+    double largest = 0;
+    for (int b = 0; b < body_count(); ++b) {
+        if (!elastic(b).is_rigid()) continue;
+        const Nodes x = at(b).start.x + dt * body_part(b, v);
+        const Eigen::Matrix3d R = systems_[b].elements().R[0].lane(0),
+                              turn = R.transpose() * elastic(b).deformation_gradient(x, 0) -
+                                     Eigen::Matrix3d::Identity();
+        largest = std::max(largest, (turn.transpose() * turn).norm() / 2);
+    }
+    return largest;
+}
+
 /// A part with contacts linearised at its start. Where they lead nowhere near an intersection and press at
 /// the end as was solved for, it is done. If not, it goes as far as nothing collides, and is
 /// linearised there. v: out, the velocities at the end of the part.
@@ -153,11 +169,12 @@ World::Rejection World::solve(const StepPart& part, Eigen::VectorXd& v, WorldRep
     for (int k = 0;; ++k) {
         stop_if_asked();
         timed(report.detect_us, [&] { contacts_ = contacts_at(dt, v, share, progress, shapes); });
+        find_bonds(dt, v);
         timed(report.solve_us, [&] {
             if (k > 0)
-                solver_.set_contacts(contacts_, v);
+                solver_.set_contacts(contacts_, bonds_, v);
             else
-                solver_.begin(contacts_, shapes, first_unknown_, config_.contact.tolerance, dt,
+                solver_.begin(contacts_, bonds_, shapes, first_unknown_, config_.contact.tolerance, step_,
                               stacked(&World::first_iterate, given), is_newton);
         });
         if (is_newton && k > 0 && progress == 1) {
@@ -176,18 +193,20 @@ World::Rejection World::solve(const StepPart& part, Eigen::VectorXd& v, WorldRep
         ++report.newton_iterations;
         report.solver_iterations += solved.linear_iterations;
         if (!leads_somewhere(dt, to)) return {.reason = too_large, .fatal = true};
+        if (k == 0) turns_abruptly_ = !joints_.empty() && strain_of_turns(dt, to) > rigid_strain;
+        if (turns_abruptly_ && step_.velocity_factor > 1) return {.reason = "a rigid body turns abruptly"};
         const double trusted = trusted_share(dt, v, to);
         if (trusted < 1) to = v + trusted * (to - v);
         share = propose(dt, v, to, progress, report);
         if (share == 1 && trusted == 1 && !is_newton) {
             error = timed(report.detect_us, [&] { return contact_error(dt, to, shapes); });
-            if (solved.settled && error <= allowed) {
+            if (solved.settled && error <= allowed && strain_of_turns(dt, to) <= rigid_strain) {
                 v = to;
                 if (solved.converged) return {};
                 return {.reason = "the linear system was not solved to its tolerance",
                         .trouble = StepTrouble::linear_solver};
             }
-            allowed *= 2;
+            if (error > allowed) allowed *= 2;
         }
         if (k > 0 && progress == 1) share = search_line(v, to, share);
         v += share * (to - v);
@@ -231,7 +250,8 @@ double World::propose(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd
 double World::search_line(const Eigen::VectorXd& v, const Eigen::VectorXd& to, double share) {
     const auto potentials = [&](double s) {  // of the barrier, friction and each body
         const Eigen::VectorXd at_s = v + s * (to - v);
-        std::vector<double> terms{barrier().energy(s), solver_.friction_potential(at_s, to)};
+        std::vector<double> terms{barrier().energy(s), solver_.friction_potential(at_s, to),
+                                  solver_.bond_potential(at_s)};
         for (int b = 0; b < body_count() && std::isfinite(terms.front()); ++b) {
             const Loads outer = end_loads(at(b));
             const Nodes w = body_part(b, v), w_at_s = body_part(b, at_s);

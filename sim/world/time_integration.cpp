@@ -26,14 +26,10 @@ Momentum outer_load(const ElasticBody& elastic, NodesRef x, const Loads& loads) 
 /// is not known, or was much shorter, those before it are taken to be as now, of all bodies: two that touch
 /// have to follow the same rule.
 void World::choose_steps(double dt) {
-    knows_last_ = false;
-    for (Body& body : bodies_) {
-        body.start = StepStart(body.state);
-        measure_inner_forces(body, dt);
-    }
-    step_ = dt;
-    if (config_.step.integrator == TimeIntegrator::backward_euler)
-        return begin_outer_forces(TwoStepWeights(1));
+    begin_backward_euler(dt);
+    const std::vector<Nodes> of_joints = joint_forces(dt);
+    for (std::size_t b = 0; b < bodies_.size(); ++b) measure_inner_forces(bodies_[b], dt, of_joints[b]);
+    if (config_.step.integrator == TimeIntegrator::backward_euler) return;
     step_ = {dt, 1 / TwoStepWeights::end};
     const bool is_known =
         std::ranges::all_of(bodies_, [](const Body& body) { return body.before.has_value(); });
@@ -50,10 +46,22 @@ void World::choose_steps(double dt) {
     }
 }
 
+/// A step from the state of all bodies as it is.
+void World::begin_backward_euler(double dt) {
+    for (Body& body : bodies_) body.start = StepStart(body.state);
+    step_ = dt;
+    knows_last_ = false;
+    begin_outer_forces(TwoStepWeights(1));
+}
+
 /// Evaluates inner forces where none are known that a step has balanced: in the first step, and on nodes that
 /// are let go, where the balance was that of what held them.
-void World::measure_inner_forces(Body& body, double dt) {
-    const auto measured = [&] { return body.elastic->inner_forces(body.state.x, body.state.v); };
+void World::measure_inner_forces(Body& body, double dt, const Nodes& of_joints) {
+    const auto measured = [&]() -> Nodes {
+        Nodes forces = body.elastic->inner_forces(body.state.x, body.state.v);
+        if (of_joints.rows() > 0) forces += of_joints;
+        return forces;
+    };
     if (!body.before || body.inner_forces.size() == 0) {
         body.inner_forces = measured();
         return;
@@ -113,7 +121,8 @@ Nodes World::middle(const Body& body) const {
 /// The momentum that a body should have at the end of the step, at the positions x, [N, 3]. The solver leaves
 /// some of the linear momentum, by its tolerance, and takes or adds angular momentum: it turns a body along
 /// straight lines, and neglects how forces turn. contacts: what they give.
-Momentum World::end_momentum(const Body& body, NodesRef x, const Momentum& contacts) const {
+Momentum World::end_momentum(int index, NodesRef x, const Momentum& contacts) const {
+    const Body& body = at(index);
     const ElasticBody& elastic = *body.elastic;
     const auto [dt, factor] = step_;
     const double begun = dt * (1 - 1 / factor);
@@ -124,15 +133,20 @@ Momentum World::end_momentum(const Body& body, NodesRef x, const Momentum& conta
                                      {.gravity = gravity_at(time_ + dt), .forces = end_forces(body, x, dt)});
     momentum.linear += begun * first.linear;
     momentum.angular += begun * first.angular;
+    const Momentum springs = earlier_springs_on(index);
+    momentum.linear += springs.linear;
+    momentum.angular += springs.angular;
     const double lasting = factor * (1 + dt * elastic.material().rayleigh_mass);
     return {(factor * momentum.linear + dt * last.linear + contacts.linear) / lasting,
             (factor * momentum.angular + dt * last.angular + contacts.angular) / lasting};
 }
 
 /// Takes what holds nodes out of the forces that balanced the motion, so that inner forces alone are left
-/// there, too. They sum to zero over the body: what they have instead, as the solver left it, is shared by
-/// the held nodes. holding: impulses of the solver, [held, 3].
-void World::take_holding(Body& body, const Nodes& holding) const {
+/// there, too. They sum to what springs do: what they have instead, as the solver left it, is shared by the
+/// held nodes. holding: impulses of the solver, [held, 3]. springs: their impulse at the end, as the solver
+/// has it.
+void World::take_holding(int index, const Nodes& holding, const Eigen::RowVector3d& springs) {
+    Body& body = at(index);
     const auto [dt, factor] = step_;
     const std::vector<int>& held = body.before->held;
     body.holding = holding / factor;
@@ -142,19 +156,20 @@ void World::take_holding(Body& body, const Nodes& holding) const {
     if (body.start.impulses.rows() > 0)
         left +=
             body.start.impulses.colwise().sum() - (1 - 1 / factor) * dt * body.outer_before.colwise().sum();
+    left -= springs / factor + earlier_springs_on(index).linear.transpose();
     body.holding.rowwise() += left / static_cast<double>(held.size());
 }
 
-/// w: the solution of the step. impulses: those of its contacts on the nodes, stacked. The inner forces that
-/// the next step needs are what balances the motion: where elements are stiff, forces evaluated at its end
-/// would be mostly what they make of the solver's errors. Held nodes keep the velocity of their straight way;
-/// those of a grip that stands or jumps, none.
-void World::advance(int index, const Nodes& w, const Eigen::VectorXd& impulses) {
+/// w: the solution of the step. impulses: those on the nodes that act in it alone, stacked; all: with those
+/// of springs. The inner forces that the next step needs are what balances the motion: where elements are
+/// stiff, forces evaluated at its end would be mostly what they make of the solver's errors. Held nodes keep
+/// the velocity of their straight way; those of a grip that stands or jumps, none.
+void World::advance(int index, const Nodes& w, const Eigen::VectorXd& impulses, const Eigen::VectorXd& all) {
     Body& body = at(index);
     const auto [dt, factor] = step_;
     body.before = {
         .v = body.state.v, .inner_forces = std::move(body.inner_forces), .held = prescribed(body, dt).nodes};
-    const Nodes holding = body.before->held.empty() ? Nodes(0, 3) : holding_impulses(index, w, impulses);
+    const Nodes holding = body.before->held.empty() ? Nodes(0, 3) : holding_impulses(index, w, all);
     const double lasting = 1 + dt * body.elastic->material().rayleigh_mass;
     const Nodes x = body.start.x + dt * w;
     Nodes now = factor * w;
@@ -162,7 +177,7 @@ void World::advance(int index, const Nodes& w, const Eigen::VectorXd& impulses) 
                                                    gravity_at(time_ + dt).transpose()) -
                         body.outer_end - body_part(index, impulses) / dt;
     if (body.start.impulses.rows() > 0) body.inner_forces -= factor / dt * body.start.impulses;
-    take_holding(body, holding);
+    take_holding(index, holding, body_part(index, all - impulses).colwise().sum());
     const std::vector<int>& held = body.before->held;
     const Nodes solved = now(held, Eigen::all);
     for (const int node : held) now.row(node) = (x.row(node) - body.state.x.row(node)) / dt;

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "collision/tree/auto_bounds.hpp"
-#include "meshing/body/rigid_body.hpp"
 
 namespace nbd {
 namespace {
@@ -26,7 +25,7 @@ LinearSolveConfig linear_config(const WorldConfig& config) {
 /// The largest Young's modulus of the tetrahedra that a surface hangs on. A rigid body yields in contact as
 /// it would be strained by an acceleration that it does not feel.
 double surface_young(const ElasticBody& elastic, const Embedding& W) {
-    if (is_rigid(elastic.rest())) return rigid_strain * elastic.young(0);
+    if (elastic.is_rigid()) return rigid_strain * elastic.young(0);
     std::vector<char> carries(W.cols(), 0);
     for (Eigen::Index v = 0; v < W.rows(); ++v)
         for (Embedding::InnerIterator it(W, v); it; ++it)
@@ -243,6 +242,8 @@ WorldSnapshot World::snapshot() const {
         }
     }
     if (!is_any_taken) snapshot.taken_at.clear();
+    snapshot.broken = broken_;
+    snapshot.springs_before = springs_before_;
     return snapshot;
 }
 
@@ -279,6 +280,10 @@ void World::restore(const WorldSnapshot& snapshot) {
             throw std::invalid_argument(
                 fmt::format("world: entry {} of the snapshot's friction does not fit the bodies", i));
     }
+    for (const std::size_t count : {snapshot.broken.size(), snapshot.springs_before.size()})
+        if (count != 0 && count != joints_.size())
+            throw std::invalid_argument(
+                fmt::format("world: a snapshot of {} joints for {}", count, joints_.size()));
     reset(snapshot);
     start_is_checked_ = false;
     reactions_.clear();
@@ -312,6 +317,10 @@ void World::reset(const WorldSnapshot& snapshot) {
     time_ = snapshot.time;
     dt_before_ = snapshot.dt_before;
     friction_memory_.restore(snapshot.stretches);
+    broken_ = snapshot.broken;
+    broken_.resize(joints_.size(), 0);
+    springs_before_ = snapshot.springs_before;
+    springs_before_.resize(joints_.size());
 }
 
 }  // namespace nbd

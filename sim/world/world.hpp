@@ -19,6 +19,7 @@
 #include "sim/fem/time_step.hpp"
 #include "sim/world/body_load.hpp"
 #include "sim/world/grip.hpp"
+#include "sim/world/joint.hpp"
 #include "sim/world/reactions.hpp"
 
 namespace nbd {
@@ -87,7 +88,7 @@ struct WorldReport : StepReport {
 /// What a step has to know of the one before it.
 struct PastStep {
     Nodes v;                // velocities at its start, [N, 3] m/s
-    Nodes inner_forces;     // of elasticity and its damping there, [N, 3] newtons
+    Nodes inner_forces;     // of elasticity, its damping and springs there, [N, 3] newtons
     std::vector<int> held;  // nodes with prescribed velocities in the step
 };
 
@@ -98,15 +99,18 @@ struct WorldSnapshot {
     double time = 0;                // seconds
     double dt_before = 0;           // length of the part of a step that ended here, seconds; 0: none
     std::vector<BodyState> bodies;  // positions and velocities, one per body
-    // Forces of elasticity and its damping on the nodes as the last step has balanced them, [N, 3] newtons,
-    // and what that step began with, of each body. Empty arrays or an empty list: not known. Whoever changes
-    // `bodies` has to clear both.
+    // Forces of elasticity, its damping and joints on the nodes as the last step has balanced them, [N, 3]
+    // newtons, and what that step began with, of each body. Empty arrays or an empty list: not known. Whoever
+    // changes `bodies` has to clear both.
     std::vector<Nodes> inner_forces;
     std::vector<PastStep> before;
     FrictionStretches stretches;
     // Where grips took their nodes that take them after the body was added: [bodies][grips][nodes, 3],
     // metres, without rows of the others and of those that have not taken them. Empty: none have.
     std::vector<std::vector<Nodes>> taken_at;
+    std::vector<char> broken{};  // [joints]; empty: none is
+    std::vector<JointLoad>
+        springs_before{};  // [joints] of springs at the start of the last step; empty: none
 };
 
 /// A body that was moved as a whole.
@@ -137,6 +141,17 @@ class World {
     /// Throws std::invalid_argument as PairRules::set(), and for a body or obstacle that is not there.
     void set_pair(int a, int b, const PairRule& rule);
     const PairRules& pairs() const noexcept { return pairs_; }
+
+    /// Joins two bodies, or a body and the world, where they are now, and keeps them from meeting unless the
+    /// joint or a cord lets them. Returns the joint's index: 0, 1, ... Throws std::invalid_argument as
+    /// check_joint(), and where a place of the joint lies too far outside of a body that deforms.
+    int add_joint(Joint joint);
+    int joint_count() const noexcept { return joints_.size(); }
+    const Joint& joint(int index) const { return joints_.at(index).joint(); }
+    /// The angle of a hinge, radians, or the way of a slider, metres; 0 of others.
+    double joint_value(int index) const { return joints_.at(index).value(nodes_now()); }
+    /// Whether a force has torn it apart.
+    bool is_broken(int joint) const { return broken_.at(joint) != 0; }
 
     /// Advances by dt seconds, > 0. On a failure, see the report, the bodies are left as they were before the
     /// part that failed. Throws std::invalid_argument on a bad dt, and before the first step if surfaces
@@ -232,7 +247,7 @@ class World {
         BodyState state;
         std::optional<PastStep> before{};  // none: not known
         StepStart start{};                 // (x*, v*) of the step, see TimeStep
-        Nodes inner_forces{};              // in `state`, [N, 3] newtons; empty: not known
+        Nodes inner_forces{};              // in `state`, with those of joints, [N, 3] N; empty: not known
         Nodes holding{};                   // [held, 3] impulses on held nodes in the part, N s
         double contact_young = 0;          // of the layer that its surface lies in, Pa
         Nodes forces, contact_forces;
@@ -304,14 +319,15 @@ class World {
 
     // time_integration.cpp
     void choose_steps(double dt);
-    void measure_inner_forces(Body& body, double dt);
+    void begin_backward_euler(double dt);
+    void measure_inner_forces(Body& body, double dt, const Nodes& of_joints);
     Nodes first_iterate(const Body& body) const;
     Nodes likely_velocities(const Body& body) const;
     bool is_held(const Body& body) const;
-    Momentum end_momentum(const Body& body, NodesRef x, const Momentum& contacts) const;
+    Momentum end_momentum(int index, NodesRef x, const Momentum& contacts) const;
     Nodes middle(const Body& body) const;
-    void take_holding(Body& body, const Nodes& holding) const;
-    void advance(int index, const Nodes& w, const Eigen::VectorXd& impulses);
+    void take_holding(int index, const Nodes& holding, const Eigen::RowVector3d& springs);
+    void advance(int index, const Nodes& w, const Eigen::VectorXd& impulses, const Eigen::VectorXd& all);
 
     std::vector<Nodes> nodes_after(double dt, const Eigen::VectorXd& v) const;
 
@@ -347,6 +363,18 @@ class World {
     static HeldPose held_pose(const Body& body);
     std::string way_to_start(std::span<const std::array<int, 2>> pairs) const;
 
+    // joints.cpp
+    bool is_joined(int body) const;
+    void find_bonds(double dt, const Eigen::VectorXd& v);
+    std::vector<Nodes> joint_forces(double dt);
+    std::vector<Eigen::Vector3d> centres_of(std::span<const Nodes> x) const;
+    JointLoad earlier_springs(std::size_t joint) const;
+    Momentum earlier_springs_on(int body) const;
+    void add_joint_reactions(const StepPart& part, const Eigen::VectorXd& v,
+                             std::span<const Eigen::Vector3d> more, const BodyPositions& middles,
+                             const BodyPositions& ends);
+    void break_joints(double dt, const Eigen::VectorXd& v);
+
     // solve.cpp
     std::vector<Nodes> nodes_now() const;
     bool held_nodes_move(double dt, const std::vector<PrescribedNodes>& given) const;
@@ -354,6 +382,7 @@ class World {
     std::vector<Contact> contacts_at(double dt, const Eigen::VectorXd& v, double share, double progress,
                                      std::span<const ContactShape* const> shapes);
     double contact_error(double dt, const Eigen::VectorXd& v, std::span<const ContactShape* const> shapes);
+    double strain_of_turns(double dt, const Eigen::VectorXd& v) const;
     double trusted_share(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to) const;
     Rejection solve(const StepPart& part, Eigen::VectorXd& v, WorldReport& report);
     void look(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress,
@@ -372,7 +401,12 @@ class World {
     std::map<int, Keyframe> next_places_;  // of obstacles, in the next step
     PairQuery query_;
     FrictionMemory friction_memory_;
-    std::vector<Contact> contacts_;  // of solver_
+    std::vector<JointBonds> joints_;
+    std::vector<char> broken_;                            // [joints]
+    std::vector<JointLoad> springs_, springs_before_;     // [joints] of springs, now and a step before
+    std::vector<std::shared_ptr<const NodeHold>> holds_;  // [bodies]; null: without joints
+    std::vector<Contact> contacts_;                       // of solver_
+    std::vector<Bond> bonds_;                             // likewise
     ContactSolver solver_;
     ReactionSums reactions_;            // of the step
     std::unique_ptr<Barrier> barrier_;  // null: not asked for yet
@@ -380,8 +414,11 @@ class World {
     double time_ = 0;
     TimeStep step_ = 0.0;                                       // of the part
     Eigen::Vector3d gravity_before_ = Eigen::Vector3d::Zero();  // as Body::outer_before
-    bool knows_last_ = false;                                   // whether rates of the part before it count
-    double dt_before_ = 0;  // length of the part that led to the current state; 0: none
+    // Whether a rigid body turned much otherwise than foreseen, in a world with joints. A step of second
+    // order, which goes on by what was before, would make energy then.
+    bool turns_abruptly_ = false;
+    bool knows_last_ = false;  // whether rates of the part before it count
+    double dt_before_ = 0;     // length of the part that led to the current state; 0: none
 };
 
 }  // namespace nbd

@@ -151,6 +151,7 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
     const std::vector<Nodes> ends = nodes_after(part.dt, v);
     const auto [dt, factor] = step_;
     BodyPositions middles;
+    const BodyPositions last{.x = ends, .centres = centres_of(ends)};
     for (int b = 0; b < body_count(); ++b) {
         const Body& body = at(b);
         middles.x.push_back(middle(body));
@@ -161,15 +162,16 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
         if (!failure.empty()) return failure;
         energies.push_back(elements.energy);
     }
-    Eigen::VectorXd impulses = solver_.impulses(v);
-    const std::vector<Momentum> of_contacts = solver_.momenta(v, middles);
+    Eigen::VectorXd impulses = solver_.step_impulses(v);
+    const Eigen::VectorXd all = solver_.impulses(v);
+    const std::vector<Momentum> of_contacts = solver_.momenta(v, middles, last);
     std::vector<RigidVector> missing;  // impulses
     std::vector<std::optional<RigidMatrix>> inertia;
     for (int b = 0; b < body_count(); ++b) {
         Body& body = at(b);
         const std::size_t index = b;
-        Momentum momentum = end_momentum(body, ends[index], of_contacts[index]);
-        advance(b, body_part(b, v), impulses);
+        Momentum momentum = end_momentum(b, ends[index], of_contacts[index]);
+        advance(b, body_part(b, v), impulses, all);
         const Momentum solved = momentum_of(*body.elastic, body.state);
         // Damping by mass takes its share of an impulse, too.
         const double lasting = factor * (1 + dt * body.elastic->material().rayleigh_mass);
@@ -182,11 +184,10 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
     if (is_solved) {
         // Where a step is long for contacts, momentum that is given without them would grow from step to
         // step.
-        BodyPositions now{.x = nodes_now(), .centres = {}};
-        for (const Body& body : bodies_) now.centres.push_back(centre_of_mass(*body.elastic, body.state.x));
+        const BodyPositions now{.x = nodes_now(), .centres = centres_of(nodes_now())};
         ContactSolver::RigidResponse response = solver_.response(v, missing, inertia, now);
         impulses += response.impulses;
-        more = std::move(response.of_contacts);
+        more = std::move(response.of_each);
         for (int b = 0; b < body_count(); ++b)  // what holds a body lets it get no momentum of these
             if (const Eigen::Index held = at(b).holding.rows(); held > 0)
                 at(b).holding.rowwise() -=
@@ -199,6 +200,8 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
     }
     for (int b = 0; b < body_count(); ++b) add_holding_reactions(part, b, middles.x[b]);
     add_contact_reactions(part, solver_.pair_impulses(v, more, middles));
+    add_joint_reactions(part, v, more, middles, last);
+    springs_before_ = springs_;
     for (int b = 0; b < body_count(); ++b)
         at(b).contact_forces += part.share / (factor * dt) * body_part(b, impulses);
     for (int b = 0; b < body_count(); ++b) at(b).energy = energies[b];
@@ -211,6 +214,10 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
 World::Rejection World::solve_safely(const StepPart& part, Eigen::VectorXd& v, WorldReport& report) {
     for (;;) {
         Rejection rejection = solve(part, v, report);
+        if (turns_abruptly_ && step_.velocity_factor > 1) {
+            begin_backward_euler(part.dt);
+            continue;
+        }
         if (rejection && !part.finest) return rejection;
         if (!rejection.fatal) {
             const std::string fault = end_fault(part.dt, v, report);
@@ -240,6 +247,7 @@ World::Rejection World::try_part(const StepPart& part, WorldReport& report) {
         if (std::string failure = move(part, v, is_solved, report); !failure.empty())
             return {.reason = failure, .fatal = true};
         friction_memory_.remember(solver_.rubbed(v));
+        break_joints(part.dt, v);
     } catch (const std::runtime_error& error) {
         return {.reason = error.what(), .fatal = true};
     }

@@ -3,8 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <sstream>
+#include <utility>
 
 #include "meshing/formats/read_surface.hpp"
 #include "tests/apps/small_files.hpp"
@@ -88,6 +92,62 @@ TEST(GripperScene, LiftsAndCarriesTheEggAndLetsItGo) {
         EXPECT_LT((egg(frame) - egg(60)).norm(), 1e-3) << "it slips in frame " << frame;
     EXPECT_GT(surface("0_egg", 120).col(2).minCoeff(), 0.19);
     EXPECT_LT(surface("0_egg", 140).col(2).minCoeff(), 0.02) << "let go";
+}
+
+/// The forces of the last step of a scene, by body and by what exerts them.
+std::map<std::pair<std::string, std::string>, Eigen::Vector3d> last_forces(const TemporaryFolder& folder,
+                                                                           const std::string& scene) {
+    const Ran ran = run(folder / "", "simulate " NBD_ASSETS "/scenes/" + scene +
+                                         ".json -o run.h5 --obj frames --reactions forces.csv --quiet");
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    std::ifstream file(folder / "forces.csv");
+    std::map<std::pair<std::string, std::string>, Eigen::Vector3d> forces;
+    std::string line, time;
+    std::getline(file, line);  // the header
+    while (std::getline(file, line)) {
+        std::vector<std::string> cells;
+        std::istringstream row(line);
+        for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell);
+        if (cells.size() < 8) continue;
+        if (cells[1] != std::exchange(time, cells[1])) forces.clear();
+        forces[{cells[2], cells[4]}] = {std::stod(cells[5]), std::stod(cells[6]), std::stod(cells[7])};
+    }
+    return forces;
+}
+
+TEST(BridgeScene, BearingsCarryDeckAndLoad) {
+    const TemporaryFolder folder;
+    auto forces = last_forces(folder, "bridge");
+    constexpr double g = 9.81, deck = 800 * 2 * 0.24 * 0.24, load = 5000 * 0.2 * 0.2 * 0.2;
+    const double left = forces[{"deck", "left bearing"}].z(), right = forces[{"deck", "right bearing"}].z();
+    EXPECT_NEAR(left + right, g * (deck + load), 1e-3 * g * (deck + load));
+    EXPECT_NEAR(right - left, g * load * 0.7 / 0.85, 0.05 * g * load);  // the load is 0.7 m from the middle
+    const double drive = forces[{"load", "drive"}].z();
+    EXPECT_NEAR(drive, g * load, 1e-2 * g * load);
+}
+
+TEST(ChainScene, HoldsTogetherAndItsRopeHolds) {
+    const TemporaryFolder folder;
+    last_forces(folder, "chain");
+    for (int frame = 0; frame <= 100; frame += 10) {
+        const auto middle = [&](const std::string& body) -> Eigen::RowVector3d {
+            return read_surface(folder / fmt::format("frames/{}_{:06d}.obj", body, frame)).X.colwise().mean();
+        };
+        EXPECT_NEAR((middle("0_first") - Eigen::RowVector3d(0, 0, 1)).norm(), 0.1, 1e-4) << frame;
+        EXPECT_LT((middle("1_second") - middle("0_first")).norm(), 0.2 + 1e-4) << frame;
+        EXPECT_LT((middle("2_third") - middle("1_second")).norm(), 0.2 + 1e-4) << frame;
+        EXPECT_LT((middle("3_fourth") - middle("2_third")).norm(), 0.2 + 1e-4) << frame;
+        EXPECT_LT((middle("4_pad") - Eigen::RowVector3d(0.95, 0, 1.6)).norm(), 1.3 + 0.1) << frame;
+    }
+}
+
+TEST(DoorScene, LeansOnItsSeal) {
+    const TemporaryFolder folder;
+    auto forces = last_forces(folder, "door");
+    const Eigen::Vector3d seal = forces[{"door", "seal"}], hinge = forces[{"door", "hinge"}];
+    EXPECT_GT(seal.norm(), 20);
+    EXPECT_NEAR(seal.z() + hinge.z(), 9.81 * 600 * 0.12 * 0.12, 0.01);
+    EXPECT_LT((seal + hinge).head<2>().norm(), 0.01);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, SceneExample, ::testing::ValuesIn(scenes()),

@@ -28,10 +28,10 @@ void bind_reaction(py::module_& m) {
         .def_readonly("body", &NamedReaction::body, "The body that it acts on.")
         .def_property_readonly(
             "kind", [](const NamedReaction& self) { return std::string(name(self.by)); },
-            "What exerts it: grip (pins among them), driven, obstacle or body.")
+            "What exerts it: grip (pins among them), driven, obstacle, body or joint.")
         .def_readonly(
             "number", &NamedReaction::number,
-            "Of the grip among those of the body, pins first, of the obstacle, or of the other body.")
+            "Of the grip among those of the body, pins first, of the obstacle, of the other body, or of the joint.")
         .def_readonly("name", &NamedReaction::name, "Likewise, as the scene has it.")
         .def_property_readonly(
             "force", [](const NamedReaction& self) { return self.force; }, "[3] newtons.")
@@ -61,9 +61,27 @@ void bind_reactions(py::module_& m, py::class_<WorldObject>& world) {
     world
         .def(
             "reactions", &reactions_of,
-            "What pins, grips, driven nodes, obstacles and other bodies exerted on bodies in the last step; of two "
-            "bodies, what acts on the first. What does not touch is left out. Weight, outer forces and reactions "
+            "What pins, grips, driven nodes, obstacles, joints and other bodies exerted on bodies in the last step; "
+            "of two bodies in contact, what acts on the first. What does not touch is left out. Weight, outer forces and reactions "
             "of a body, times the length of the step, sum to its change of momentum.")
+        .def(
+            "joint_values",
+            [](const UsedWorld& self) {
+                std::vector<double> values;
+                for (int j = 0; j < self->world.joint_count(); ++j)
+                    values.push_back(self->world.joint_value(j));
+                return values;
+            },
+            "Of each joint: the angle of a hinge, radians, or the way of a slider, metres; 0 of others.")
+        .def(
+            "broken_joints",
+            [](const UsedWorld& self) {
+                std::vector<bool> broken;
+                for (int j = 0; j < self->world.joint_count(); ++j)
+                    broken.push_back(self->world.is_broken(j));
+                return broken;
+            },
+            "Of each joint: whether a force has torn it apart.")
         .def("set_pair", &set_pair, py::arg("body"), py::arg("other") = py::none(),
              py::arg("obstacle") = py::none(), py::arg("meet") = true, py::arg("friction") = py::none(),
              "Sets whether a body meets another body, itself or an obstacle, and with which friction; "

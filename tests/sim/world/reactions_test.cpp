@@ -152,9 +152,10 @@ TEST_P(Balance, OfTheAngularMomentumOfASwingIsAsExactAsTheSteps) {
 TEST_P(Balance, OfABodyThatGripsMoveAndLetGo) {
     World world(config());
     WorldBody body = box().at({0, 0, 0});
-    body.grips = {held_in(body, beyond(0, 0.19)),
-                  held_in(body, {Eigen::Vector3d(-9, -9, -9), Eigen::Vector3d(-0.19, 9, 9)},
-                          {.translation = {0, 0.1, 0.05}, .duration = 0.1, .release = 0.15})};
+    body.grips = {
+        held_in(body, beyond(0, 0.19)),
+        held_in(body, {Eigen::Vector3d(-9, -9, -9), Eigen::Vector3d(-0.19, 9, 9)},
+                {.motion = eased({.translation = {0, 0.1, 0.05}, .duration = 0.1}), .release = 0.15})};
     world.add_body(std::move(body));
     expect_balance(world, 20, 5e-3);
     EXPECT_EQ(world.reactions().size(), 2u);
@@ -316,7 +317,8 @@ TEST(Reactions, GoOnAfterARestoreWithTheSameBits) {
         World world({});
         world.add_obstacle(floor_at(0));
         WorldBody body = model({0.4, 0.2, 0.2}, {4, 2, 2}, true).at({0, 0, 0.102});
-        body.grips = {held_in(body, beyond(0, 0.19), {.translation = {0, 0, 0.1}, .duration = 0.2})};
+        body.grips = {
+            held_in(body, beyond(0, 0.19), {.motion = eased({.translation = {0, 0, 0.1}, .duration = 0.2})})};
         world.add_body(std::move(body));
         return world;
     };

@@ -1,0 +1,105 @@
+#include <fmt/format.h>
+
+#include <numbers>
+
+#include "sim/scene/read_parts.hpp"
+
+namespace nbd {
+namespace {
+
+constexpr double per_degree = std::numbers::pi / 180;
+
+/// unit: of the freedom's values in the scene.
+JointFreedom read_freedom(JsonObject& from, double unit, const NumberRange& limits) {
+    JointFreedom freedom;
+    freedom.motor = read_keyed(from, "motor");
+    for (double& value : freedom.motor.values) value *= unit;
+    if (from.has("motor") && freedom.motor.empty()) from.problem("motor", "must have at least one pair");
+    const auto limit = [&](const char* key) -> std::optional<double> {
+        const std::optional<double> value = from.optional_number(key, limits);
+        return value ? std::optional(unit * *value) : std::nullopt;
+    };
+    freedom.least = limit("least");
+    freedom.most = limit("most");
+    freedom.stiffness = from.number("stiffness", 0, not_negative);
+    freedom.rest = unit * from.number("rest", 0, finite_number);
+    freedom.damping = from.number("damping", 0, not_negative);
+    return freedom;
+}
+
+/// The axis, which must be there.
+Eigen::Vector3d read_axis(JsonObject& from) {
+    from.need("axis");
+    return read_direction(from, "axis", Eigen::Vector3d::UnitZ());
+}
+
+Eigen::Vector3d read_point(JsonObject& from, const char* key) {
+    from.need(key);
+    return from.vector(key, Eigen::Vector3d::Zero());
+}
+
+void read_kind(JsonObject& from, SceneJoint& result) {
+    const std::string kind = from.need_one({"ball", "hinge", "slider", "weld", "spring", "rope"});
+    if (kind.empty()) return;
+    JsonObject of = from.object(kind);
+    if (kind == "ball") {
+        result.joint.kind = BallJoint{.point = read_point(of, "point")};
+    } else if (kind == "hinge") {
+        HingeJoint hinge{.point = read_point(of, "point"), .axis = read_axis(of), .angle = {}};
+        hinge.angle = read_freedom(of, per_degree, {-179.9, 179.9, "between -179.9 and 179.9"});
+        result.joint.kind = std::move(hinge);
+    } else if (kind == "slider") {
+        SliderJoint slider{.point = read_point(of, "point"), .axis = read_axis(of), .way = {}};
+        slider.way = read_freedom(of, 1, finite_number);
+        result.joint.kind = std::move(slider);
+    } else if (kind == "weld") {
+        if (of.need("region")) result.region = read_region(of.object("region"));
+        result.joint.kind = WeldJoint{};
+    } else {
+        const bool is_rope = kind == "rope";
+        CordJoint cord{.from = read_point(of, "from"), .to = read_point(of, "to"), .length = {}};
+        cord.pulls_only = is_rope;
+        if (!is_rope) {
+            of.need("stiffness");
+            cord.stiffness = of.number("stiffness", 1, positive_number);
+        } else {
+            cord.stiffness = of.number("stiffness", 0, not_negative);
+        }
+        cord.damping = of.number("damping", 0, not_negative);
+        cord.length = of.optional_number("length", positive_number);
+        result.joint.kind = std::move(cord);
+    }
+    of.finish();
+}
+
+}  // namespace
+
+std::vector<SceneJoint> read_joints(JsonObject& from, const SceneSpec& spec) {
+    const SceneNames names(spec);
+    std::vector<SceneJoint> joints;
+    for (JsonObject& entry : from.objects("joints")) {
+        SceneJoint& result = joints.emplace_back();
+        result.key = entry.path("");
+        result.joint.name = entry.text("name", "");
+        if (result.joint.name.empty()) result.joint.name = result.key;
+        const std::string who = entry.need_one({"bodies", "body"});
+        if (who == "bodies") {
+            if (const std::vector<std::string> two = entry.texts("bodies", 2); !two.empty()) {
+                result.joint.a = names.body(entry, "bodies", two[0]);
+                result.joint.b = names.body(entry, "bodies", two[1]);
+                if (two[0] == two[1]) entry.problem("bodies", "joins a body to itself");
+            }
+        } else if (who == "body") {
+            result.joint.a = names.body(entry, "body", entry.text("body", ""));
+        }
+        read_kind(entry, result);
+        result.joint.width = entry.number("width", 0, not_negative);
+        result.joint.strength =
+            entry.optional_number("strength", positive_number).value_or(result.joint.strength);
+        result.joint.bodies_meet = entry.flag("meet", false);
+        entry.finish();
+    }
+    return joints;
+}
+
+}  // namespace nbd
