@@ -60,9 +60,9 @@ std::vector<MaterialRegion> regions_of(const std::vector<TetGroup>& groups, cons
 }
 
 /// make_solid_boundary(), with a way out where a surface is open.
-SolidBoundary solid_boundary_of(TriMesh surface) {
+SolidBoundary solid_boundary_of(TriMesh surface, const SolidBoundaryConfig& allowed = {}) {
     try {
-        return make_solid_boundary(std::move(surface));
+        return make_solid_boundary(std::move(surface), allowed);
     } catch (const SurfaceNotClosed& error) {
         throw std::invalid_argument(
             fmt::format("{}; --weld LENGTH, in scenes meshing.weld, closes cracks up to a length, --cage "
@@ -88,12 +88,15 @@ std::string changes_of(const Nodes& scaled, double scale, const WeldReport& weld
     return text;
 }
 
-Body rigid_body_of(const std::filesystem::path& path, TriMesh surface, const MeshFileConfig& config,
-                   const Output& out) {
-    const SolidBoundary boundary = make_solid_boundary(std::move(surface), {.allow_components = true});
+Body rigid_body_of(const std::filesystem::path& path, TriMesh surface, double density,
+                   const MeshFileConfig& config, const Output& out) {
+    const Eigen::Vector3d origin = far_origin(surface.X, surface.F);
+    surface.X.rowwise() -= origin.transpose();
+    const SolidBoundary boundary = solid_boundary_of(std::move(surface), {.allow_components = true});
     out.text(fmt::format("surface: {}", describe(boundary.report)));
     TriMesh fine = subdivide(boundary.mesh, config.scheme, config.levels).mesh;
-    Body body = make_rigid_body(path.stem().string(), std::move(fine), config.material.density);
+    Body body = make_rigid_body(path.stem().string(), std::move(fine), density);
+    body.origin += origin;
     tell_origin(body.origin, out);
     return body;
 }
@@ -114,8 +117,19 @@ Body body_of_tets(const std::filesystem::path& path, const MeshFileConfig& confi
     std::vector<MaterialRegion> regions;
     std::vector<TetGroup> groups;
     Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+    TriMesh body_surface;  // of a body file that becomes a rigid body
     if (of_body) {
         Body body = load_body(path);
+        if (is_rigid(body.tets) && !config.rigid)
+            throw std::invalid_argument(
+                fmt::format("{}: it is a rigid body, which has no tetrahedra of its own; allowed: --elements "
+                            "rigid",
+                            path.string()));
+        if (config.rigid) {
+            body.material = mean_material(body);
+            body_surface = std::move(body.surface);
+            body_surface.X *= config.scale;
+        }
         origin = config.scale * body.origin;
         tets = std::move(body.tets);
         material = body.material;
@@ -135,7 +149,8 @@ Body body_of_tets(const std::filesystem::path& path, const MeshFileConfig& confi
         out.text(fmt::format("region \"{}\": {} tetrahedra", group.name, group.tets.size()));
     try {
         if (config.rigid) {
-            Body body = rigid_body_of(path, boundary_surface(tets), config, out);
+            TriMesh surface = of_body ? std::move(body_surface) : boundary_surface(tets);
+            Body body = rigid_body_of(path, std::move(surface), material.density, config, out);
             body.origin += origin;
             return body;
         }
@@ -174,12 +189,15 @@ MeshedFile body_of_surface(const std::filesystem::path& path, const MeshFileConf
         if (!config.inside.empty()) {
             out.work("embedding");
             const Body outer = load_body(config.inside);
+            if (is_rigid(outer.tets))
+                throw std::invalid_argument(config.inside + " is a rigid body, which holds no other");
             out.text(describe(clean_soup(surface)));
             tell_origin(outer.origin, out);
             return {make_body_inside(path.stem().string(), std::move(surface), outer), {}, {}};
         }
         out.work("checking the surface");
-        if (config.rigid) return {rigid_body_of(path, std::move(surface), config, out), {}, {}};
+        if (config.rigid)
+            return {rigid_body_of(path, std::move(surface), config.material.density, config, out), {}, {}};
         if (config.error > 0) return searched(path, surface, config, out);
         const Eigen::Vector3d origin = far_origin(surface.X, surface.F);
         surface.X.rowwise() -= origin.transpose();

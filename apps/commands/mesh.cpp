@@ -136,7 +136,7 @@ void run(const MeshArguments& arguments, Output& out) {
     const TetMesh& tets = body.tets;
     const TetQuality quality = tet_quality(tets);
     out.text(to_text(quality));
-    if (quality.poor > 0)
+    if (quality.poor > 0 && !is_rigid(tets))
         out.warning(fmt::format(
             "{} of {} tetrahedra have a radius ratio below {}, the worst is tetrahedron {} with "
             "{:.2g}; steps are stiff there, and another number of nodes may avoid them",
@@ -166,7 +166,7 @@ void run(const MeshArguments& arguments, Output& out) {
         {"tets", tets.T.rows()},
         {"surface_vertices", body.surface.X.rows()},
         {"faces", body.surface.F.rows()},
-        {"volume", quality.volume},
+        {"volume", is_rigid(tets) ? quality.volume * tets.filled(0) : quality.volume},
         {"radius_ratio_min", quality.radius_ratio_min},
         {"radius_ratio_mean", quality.radius_ratio_mean},
         {"slivers", quality.poor},

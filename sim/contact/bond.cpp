@@ -5,8 +5,8 @@
 namespace nbd {
 
 BondLaw::Terms BondLaw::at(const Eigen::Vector3d& d) const {
-    const Eigen::Vector3d off = d - rest, pull = K * off;
-    Terms terms{.energy = off.dot(pull) / 2, .gradient = pull, .hessian = K};
+    const Eigen::Vector3d pull = K * d;
+    Terms terms{.energy = d.dot(pull) / 2, .gradient = pull, .hessian = K};
     if (stiffness == 0 && damping == 0) return terms;
     const bool is_radial = along.isZero(0);
     const double s = is_radial ? d.norm() : along.dot(d), stretch = s - length;

@@ -16,13 +16,12 @@ struct CarriedPoint {
 
 /// The potential of two points that hold each other, in their difference d = a - b [3], metres:
 ///
-///   1/2 (d - rest)^T K (d - rest) + 1/2 stiffness stretch^2,   stretch = s - length,
+///   1/2 d^T K d + 1/2 stiffness stretch^2,   stretch = s - length,
 ///
 /// where s = along.d, or |d| if `along` is zero. K is symmetric positive semi-definite.  Where `pulls_only`,
 /// a negative stretch counts as zero. Damping resists the rate of s where the second term acts.
 struct BondLaw {
-    Eigen::Matrix3d K = Eigen::Matrix3d::Zero();  // N/m
-    Eigen::Vector3d rest = Eigen::Vector3d::Zero();
+    Eigen::Matrix3d K = Eigen::Matrix3d::Zero();      // N/m
     double stiffness = 0;                             // N/m
     Eigen::Vector3d along = Eigen::Vector3d::Zero();  // unit, or zero
     double length = 0;                                // metres

@@ -103,6 +103,17 @@ Eigen::VectorXd ContactSolver::step_impulses(const Eigen::VectorXd& v) const {
     return impulses(v, true, true);
 }
 
+Eigen::VectorXd ContactSolver::contact_impulses(const Eigen::VectorXd& v,
+                                                std::span<const Eigen::Vector3d> of_each) const {
+    Eigen::VectorXd out = Eigen::VectorXd::Zero(v.size());
+    for (std::size_t c = 0; c < contacts_.size(); ++c) {
+        Eigen::Vector3d impulse = presses(c) ? linear_impulse(c, v) : Eigen::Vector3d::Zero();
+        if (!of_each.empty()) impulse += of_each[c];
+        terms_.add_impulse(c, impulse, true, out);
+    }
+    return out;
+}
+
 /// held: whether those on nodes with prescribed velocities count. of_step_alone: see step_impulses().
 Eigen::VectorXd ContactSolver::impulses(const Eigen::VectorXd& v, bool held, bool of_step_alone) const {
     Eigen::VectorXd out = Eigen::VectorXd::Zero(v.size());

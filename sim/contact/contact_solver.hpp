@@ -85,6 +85,10 @@ class ContactSolver {
     /// linearise() or solve(). Newton seconds, stacked like v; includes nodes with prescribed velocity.
     Eigen::VectorXd impulses(const Eigen::VectorXd& v) const;
 
+    /// Likewise of contacts alone, with those of a response. of_each: see RigidResponse; may be empty.
+    Eigen::VectorXd contact_impulses(const Eigen::VectorXd& v,
+                                     std::span<const Eigen::Vector3d> of_each) const;
+
     /// Likewise of contacts and of bonds that are no springs: those that act in this step alone.
     Eigen::VectorXd step_impulses(const Eigen::VectorXd& v) const;
 
@@ -97,7 +101,7 @@ class ContactSolver {
     /// What impulses on bodies as a whole do at the end of a step while its contacts resist.
     struct RigidResponse {
         std::vector<RigidVector> motions;      // [bodies] zero where something holds the body
-        Eigen::VectorXd impulses;              // of the contacts on the nodes, N s, stacked like v
+        Eigen::VectorXd impulses;              // of contacts and bonds on the nodes, N s, stacked like v
         std::vector<Eigen::Vector3d> of_each;  // [contacts + bonds] on their points a, N s
     };
     /// v: the solution of the step. impulses: [bodies]. inertia: [bodies], with what of the damping resists;

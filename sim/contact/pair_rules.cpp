@@ -16,6 +16,11 @@ void PairRules::set(int a, int b, const PairRule& rule) {
     rules_[std::minmax(a, b)] = rule;
 }
 
+PairRule PairRules::of(int a, int b) const noexcept {
+    const PairRule* rule = find(a, b);
+    return rule ? *rule : PairRule{};
+}
+
 bool PairRules::meet(int a, int b) const noexcept {
     if (a < 0 && b < 0) return false;
     const PairRule* rule = find(a, b);

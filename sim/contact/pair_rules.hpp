@@ -25,6 +25,8 @@ class PairRules {
     /// finite.
     void set(int a, int b, const PairRule& rule);
 
+    /// That of a pair; the default where there is none.
+    PairRule of(int a, int b) const noexcept;
     bool meet(int a, int b) const noexcept;
     /// Coulomb's coefficient of a pair; `usual` where no rule gives one.
     double friction(int a, int b, double usual) const noexcept;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "meshing/body/make_body.hpp"
+#include "meshing/body/rigid_body.hpp"
 #include "sim/world/hang_on_body.hpp"
 #include "sim/world/start_check.hpp"
 
@@ -71,6 +72,8 @@ std::shared_ptr<const Body> contact_body(const std::shared_ptr<const Body>& body
 /// The body as it moves in trajectories: where the boundary of its tetrahedra makes contact, they are full,
 /// or what they have of material there would give way.
 std::shared_ptr<const Body> moving_body(std::shared_ptr<const Body> body, bool own_surface) {
+    if (is_rigid(body->tets))
+        throw std::invalid_argument("a rigid body does not deform, so it has no training poses");
     if (body->tets.fill.rows() == 0 || contact_body(body, own_surface) == body) return body;
     Body full = *body;
     full.tets.fill = {};

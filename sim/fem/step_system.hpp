@@ -82,7 +82,7 @@ class StepSystem {
     /// of the last product, as prescribe() makes one of its velocities. Not for several threads.
     void multiply(const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::Ref<Eigen::VectorXd> out) const;
 
-    /// A to single precision.
+    /// A to single precision; of a rigid body to double precision.
     const StepMatrix& matrix() const noexcept { return A_; }
     const Eigen::VectorXd& rhs() const noexcept { return b_; }  // [3 N], newton seconds
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
@@ -69,6 +70,22 @@ BodyLoad take_part(const SceneLoad& from, const WorldBody& body) {
     if (from.region) load.nodes = nodes_in(*from.region, body.state.x);
     if (from.region && load.nodes.empty()) refuse("the region holds no node of the body");
     return load;
+}
+
+/// A rigid body is held by its four nodes or by none, and is not scaled.
+void check_rigid_grips(const SceneBody& spec, const WorldBody& body) {
+    for (std::size_t g = 0; g < body.grips.size(); ++g) {
+        const Grip& grip = body.grips[g];
+        if (grip.nodes.size() != 4)
+            throw std::invalid_argument(fmt::format(
+                "{}: the region holds {} of the 4 nodes of a rigid body, which lie outside of it; allowed: all, "
+                "or a joint",
+                spec.grips[g].key, grip.nodes.size()));
+        for (const Keyframe& frame : grip.motion.keyframes)
+            if (frame.scale != 1)
+                throw std::invalid_argument(
+                    fmt::format("{}: a rigid body cannot be scaled", spec.grips[g].key));
+    }
 }
 
 /// Tetrahedra whose centres lie in a region, ascending.
@@ -262,6 +279,7 @@ WorldBody make_world_body(const SceneBody& spec, const LoadedBody& loaded,
     if (const auto odds = grips_at_odds(result.grips))
         throw std::invalid_argument(
             at_odds_text(spec.grips[odds->second].key, spec.grips[odds->first].key, odds->from));
+    if (is_rigid(body.tets)) check_rigid_grips(spec, result);
     for (const SceneLoad& load : spec.loads) result.loads.push_back(take_part(load, result));
     check_loads(spec, result);
     return result;
@@ -271,16 +289,24 @@ Joint make_joint(const SceneJoint& spec, const World& world) {
     Joint joint = spec.joint;
     auto* weld = std::get_if<WeldJoint>(&joint.kind);
     if (!weld) return joint;
+    if (!spec.region) throw std::invalid_argument(fmt::format("{}.weld.region: is missing", spec.key));
     const bool is_rigid = world.elastic(joint.a).is_rigid();
     const Nodes x = is_rigid ? world.surface(joint.a) : world.state(joint.a).x;
     const std::vector<int> inside = nodes_in(*spec.region, x);
-    // Fewer places let a rigid body turn.
-    constexpr std::size_t least_of_rigid = 3;
-    if (inside.empty() || (is_rigid && inside.size() < least_of_rigid))
+    constexpr std::size_t least = 3;  // fewer let the two turn
+    if (inside.size() < least)
         throw std::invalid_argument(
             fmt::format("{}.weld.region: holds {} of the {} of the first body; allowed: {} or more", spec.key,
-                        inside.size(), is_rigid ? "vertices" : "nodes", is_rigid ? least_of_rigid : 1));
+                        inside.size(), is_rigid ? "vertices" : "nodes", least));
     weld->places = x(inside, Eigen::all);
+    const Nodes apart = weld->places.rowwise() - weld->places.colwise().mean();
+    const Eigen::Vector3d spread =
+        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(apart.transpose() * apart, Eigen::EigenvaluesOnly)
+            .eigenvalues();
+    constexpr double flat = 1e-12;
+    if (!(spread[1] > flat * spread[2]))
+        throw std::invalid_argument(fmt::format(
+            "{}.weld.region: holds places on one line, about which the two would turn", spec.key));
     return joint;
 }
 
@@ -372,8 +398,8 @@ World build_world(const SceneSpec& given, std::span<const LoadedBody> bodies, st
             throw std::invalid_argument(fmt::format("obstacles[{}]: {}", o, error.what()));
         }
     }
-    for (const SceneJoint& joint : spec.joints) world.add_joint(make_joint(joint, world));
     for (const ScenePair& pair : spec.pairs) world.set_pair(pair.a, pair.b, pair.rule);
+    for (const SceneJoint& joint : spec.joints) world.add_joint(make_joint(joint, world));
     if (moves)
         *moves = move_apart(spec, world);
     else if (spec.resolve_start)

@@ -14,7 +14,6 @@ JointFreedom read_freedom(JsonObject& from, double unit, const NumberRange& limi
     JointFreedom freedom;
     freedom.motor = read_keyed(from, "motor");
     for (double& value : freedom.motor.values) value *= unit;
-    if (from.has("motor") && freedom.motor.empty()) from.problem("motor", "must have at least one pair");
     const auto limit = [&](const char* key) -> std::optional<double> {
         const std::optional<double> value = from.optional_number(key, limits);
         return value ? std::optional(unit * *value) : std::nullopt;
@@ -24,14 +23,12 @@ JointFreedom read_freedom(JsonObject& from, double unit, const NumberRange& limi
     freedom.stiffness = from.number("stiffness", 0, not_negative);
     freedom.rest = unit * from.number("rest", 0, finite_number);
     freedom.damping = from.number("damping", 0, not_negative);
+    if (from.has("rest") && !(freedom.stiffness > 0))
+        from.problem("rest", "is of a spring; needs \"stiffness\"");
     return freedom;
 }
 
-/// The axis, which must be there.
-Eigen::Vector3d read_axis(JsonObject& from) {
-    from.need("axis");
-    return read_direction(from, "axis", Eigen::Vector3d::UnitZ());
-}
+Eigen::Vector3d read_axis(JsonObject& from) { return read_direction(from, "axis", Eigen::Vector3d::UnitZ()); }
 
 Eigen::Vector3d read_point(JsonObject& from, const char* key) {
     from.need(key);
@@ -46,7 +43,7 @@ void read_kind(JsonObject& from, SceneJoint& result) {
         result.joint.kind = BallJoint{.point = read_point(of, "point")};
     } else if (kind == "hinge") {
         HingeJoint hinge{.point = read_point(of, "point"), .axis = read_axis(of), .angle = {}};
-        hinge.angle = read_freedom(of, per_degree, {-179.9, 179.9, "between -179.9 and 179.9"});
+        hinge.angle = read_freedom(of, per_degree, {-150, 150, "between -150 and 150"});
         result.joint.kind = std::move(hinge);
     } else if (kind == "slider") {
         SliderJoint slider{.point = read_point(of, "point"), .axis = read_axis(of), .way = {}};
@@ -61,7 +58,7 @@ void read_kind(JsonObject& from, SceneJoint& result) {
         cord.pulls_only = is_rope;
         if (!is_rope) {
             of.need("stiffness");
-            cord.stiffness = of.number("stiffness", 1, positive_number);
+            cord.stiffness = of.optional_number("stiffness", positive_number).value_or(1);
         } else {
             cord.stiffness = of.number("stiffness", 0, not_negative);
         }
@@ -97,6 +94,10 @@ std::vector<SceneJoint> read_joints(JsonObject& from, const SceneSpec& spec) {
         result.joint.strength =
             entry.optional_number("strength", positive_number).value_or(result.joint.strength);
         result.joint.bodies_meet = entry.flag("meet", false);
+        if (entry.has("width") && !(entry.has("hinge") || entry.has("slider")))
+            entry.problem("width", "applies to hinges and sliders only");
+        if (entry.has("meet") && (entry.has("spring") || entry.has("rope") || !entry.has("bodies")))
+            entry.problem("meet", "applies to two bodies that are held together; others touch in any case");
         entry.finish();
     }
     return joints;

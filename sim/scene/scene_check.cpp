@@ -189,6 +189,13 @@ class SceneCheck {
         }
     }
 
+    /// Whether nothing is wrong with what the text has at a path.
+    bool is_good(const std::string& key) const {
+        return std::ranges::none_of(reading_.problems, [&](const std::string& problem) {
+            return problem.starts_with(key + ".") || problem.starts_with(key + ":");
+        });
+    }
+
     void check_joint(const SceneJoint& spec) {
         const Joint& joint = spec.joint;
         if (!party_in_world_.contains(joint.a) || (joint.b >= 0 && !party_in_world_.contains(joint.b)))
@@ -205,10 +212,11 @@ class SceneCheck {
 
     /// As a run begins.
     void check_start() {
-        for (const SceneJoint& joint : spec_.joints) check_joint(joint);
         for (const auto& [key, a, b, rule] : spec_.pairs)
-            if (party_in_world_.contains(a) && party_in_world_.contains(b))
+            if (is_good(key) && party_in_world_.contains(a) && party_in_world_.contains(b))
                 world_.set_pair(party_in_world_[a], party_in_world_[b], rule);
+        for (const SceneJoint& joint : spec_.joints)
+            if (is_good(joint.key)) check_joint(joint);
         try {
             for (const StartMove& move : move_apart(spec_, world_))
                 findings_.notes.push_back(moved_text(labels_[move.body], move));

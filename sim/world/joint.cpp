@@ -16,7 +16,8 @@
 namespace nbd {
 namespace {
 
-constexpr double stiffer = 100;  // bonds than elements
+constexpr double stiffer = 100;                              // bonds than elements
+constexpr double most_angle = 150 * std::numbers::pi / 180;  // of a limit: beyond, angles come round again
 
 Eigen::Vector3d position(const CarriedPoint& point, std::span<const Nodes> x) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -98,6 +99,8 @@ void check_freedom(const Joint& joint, const JointFreedom& freedom, double farth
     const auto fail = [&](const std::string& what) {
         throw std::invalid_argument(fmt::format("joint \"{}\": {}", joint.name, what));
     };
+    if (freedom.motor.times.size() != freedom.motor.values.size())
+        fail("its motor needs a value for each time");
     for (std::size_t i = 0; i < freedom.motor.times.size(); ++i) {
         const double time = freedom.motor.times[i];
         if (!std::isfinite(time) || !std::isfinite(freedom.motor.values[i]))
@@ -105,12 +108,18 @@ void check_freedom(const Joint& joint, const JointFreedom& freedom, double farth
         if (i > 0 && !(time > freedom.motor.times[i - 1])) fail("the times of its motor must ascend");
     }
     for (const auto& limit : {freedom.least, freedom.most})
-        if (limit && !(std::abs(*limit) < farthest))
+        if (limit && !(std::abs(*limit) <= farthest))
             fail(fmt::format("a limit is {}, but must lie within {} and {}", *limit, -farthest, farthest));
+    const bool is_angle = std::isfinite(farthest);
+    if (is_angle && freedom.least.has_value() != freedom.most.has_value())
+        fail("a hinge needs both limits or none, as angles come round again");
+    if (is_angle && !(std::abs(freedom.rest) < std::numbers::pi))
+        fail(fmt::format("the angle at rest is {}, but must lie within -pi and pi", freedom.rest));
     if (freedom.least && freedom.most && !(*freedom.least < *freedom.most))
         fail("its least value must be below its most");
-    if (!freedom.motor.empty() && (freedom.least || freedom.most || freedom.stiffness > 0))
-        fail("a motor leaves nothing to limits or a spring; name one of them");
+    if (!freedom.motor.empty() &&
+        (freedom.least || freedom.most || freedom.stiffness > 0 || freedom.damping > 0))
+        fail("a motor leaves nothing to limits, a spring or a damper; name one of them");
     if (!(freedom.stiffness >= 0) || !(freedom.damping >= 0) || !std::isfinite(freedom.stiffness) ||
         !std::isfinite(freedom.damping) || !std::isfinite(freedom.rest))
         fail("its spring needs a stiffness and damping >= 0");
@@ -139,7 +148,7 @@ void check_joint(const Joint& joint, int body_count) {
     if (const auto* hinge = std::get_if<HingeJoint>(&joint.kind)) {
         check_finite(joint, hinge->point, "point");
         check_axis(hinge->axis);
-        check_freedom(joint, hinge->angle, std::numbers::pi);
+        check_freedom(joint, hinge->angle, most_angle);
     }
     if (const auto* slider = std::get_if<SliderJoint>(&joint.kind)) {
         check_finite(joint, slider->point, "point");
@@ -262,6 +271,19 @@ void JointBonds::bind(const CarriedPoint& a, const Place& b, BondLaw law, std::s
                      .joint = number_});
 }
 
+/// A spring, and a damper of its own: what that did before a step is no guide to what it does in it.
+void JointBonds::bind_spring(const CarriedPoint& a, const Place& b, const BondLaw& law,
+                             std::span<const Nodes> x, std::vector<Bond>& bonds) const {
+    BondLaw spring = law, damper = law;
+    spring.damping = 0;
+    damper.stiffness = 0;
+    if (spring.stiffness > 0) {
+        bind(a, b, spring, x, bonds);
+        bonds.back().is_spring = true;
+    }
+    if (damper.damping > 0) bind(a, b, damper, x, bonds);
+}
+
 double JointBonds::value(std::span<const Nodes> x) const {
     if (std::holds_alternative<SliderJoint>(joint_.kind)) {
         const Eigen::Vector3d way = position(on_a_[0], x) - in_frame({0, 0, 0}, x).position;
@@ -272,8 +294,6 @@ double JointBonds::value(std::span<const Nodes> x) const {
     const Eigen::Vector3d arm = position(on_a_[2], x) - position(on_a_[0], x);
     return std::atan2(e[2].dot(arm), e[1].dot(arm));
 }
-
-Eigen::Vector3d JointBonds::place(std::span<const Nodes> x) const { return position(on_a_[0], x); }
 
 /// What a motor, limits or a spring do along the freedom of a hinge or slider. a: the point of body a that
 /// they act on, in a hinge `arm` from its axis; a slider has none.
@@ -303,8 +323,7 @@ void JointBonds::add_freedom(const JointFreedom& freedom, double value, double a
         law.stiffness = freedom.stiffness / (unit * unit);
         law.length = unit * (freedom.rest - value);
         law.damping = freedom.damping / (unit * unit);
-        bind(a, place, law, x, bonds);
-        bonds.back().is_spring = true;
+        bind_spring(a, place, law, x, bonds);
     }
     for (const auto& [limit, sign] : {std::pair(freedom.least, -1.0), std::pair(freedom.most, 1.0)}) {
         if (!limit) continue;
@@ -352,8 +371,10 @@ void JointBonds::add(std::span<const Nodes> x, double time, double dt, std::vect
         law.damping = cord->damping;
         law.length = length_;
         law.pulls_only = cord->pulls_only;
-        bind(on_a_[0], to, law, x, bonds);
-        bonds.back().is_spring = cord->stiffness > 0 && !cord->pulls_only;
+        if (cord->pulls_only || cord->stiffness == 0)
+            bind(on_a_[0], to, law, x, bonds);
+        else
+            bind_spring(on_a_[0], to, law, x, bonds);
     }
 }
 

@@ -31,11 +31,12 @@ struct JointFreedom {
     double damping = 0;              // N m s or N s/m
 };
 
-/// Turns about an axis.
+/// Turns about an axis. The angle is one within -pi and pi: it comes round again. Limits: both or none,
+/// within 150 degrees.
 struct HingeJoint {
     Eigen::Vector3d point = Eigen::Vector3d::Zero();
     Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
-    JointFreedom angle{};  // of the first body against the second; limits within -pi and pi
+    JointFreedom angle{};  // of the first body against the second
 };
 
 /// Moves along an axis, without turning.
@@ -64,9 +65,10 @@ struct Joint {
     std::string name{};
     int a = 0, b = -1;  // bodies; -1: the world
     std::variant<BallJoint, HingeJoint, SliderJoint, WeldJoint, CordJoint> kind{};
-    double width = 0;  // metres, of what holds a hinge, slider or weld against turning; 0: a tenth of a body
-    double strength = std::numeric_limits<double>::infinity();  // force at which it breaks, newtons
-    bool bodies_meet = false;  // whether the two touch; ropes and springs do not keep them from it
+    double width = 0;  // metres, of what holds a hinge or slider against turning; 0: a tenth of a body
+    double strength = std::numeric_limits<double>::infinity();  // force at which it breaks for good, newtons
+    // Whether the two touch, also once it is broken; ropes and springs do not keep them from it.
+    bool bodies_meet = false;
 };
 
 /// Throws std::invalid_argument, naming the first number that is out of range.
@@ -102,9 +104,6 @@ class JointBonds {
     /// The angle of a hinge or the way of a slider at x; 0 of others.
     double value(std::span<const Nodes> x) const;
 
-    /// Where the joint is, for torques: its first point on body a.
-    Eigen::Vector3d place(std::span<const Nodes> x) const;
-
  private:
     /// A point with the frame of a hinge or slider: the axis and two directions across, all of one length.
     struct Frame {
@@ -124,6 +123,8 @@ class JointBonds {
     double stiffness(const CarriedPoint& a, const CarriedPoint& b, double dt) const;
     void bind(const CarriedPoint& a, const Place& b, BondLaw law, std::span<const Nodes> x,
               std::vector<Bond>& bonds) const;
+    void bind_spring(const CarriedPoint& a, const Place& b, const BondLaw& law, std::span<const Nodes> x,
+                     std::vector<Bond>& bonds) const;
     void add_freedom(const JointFreedom& freedom, double value, double arm, const CarriedPoint& a,
                      std::span<const Nodes> x, double time, double dt, std::vector<Bond>& bonds) const;
 

@@ -1,7 +1,10 @@
 // The joints of a world: their bonds in a step, and where these break.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
+#include "collision/base/notice.hpp"
 #include "sim/world/world.hpp"
 
 namespace nbd {
@@ -32,11 +35,22 @@ int World::add_joint(Joint joint) {
     JointBonds bonds(std::move(joint), index, elastic, nodes_now(), holds_, size);
     const Joint& made = bonds.joint();
     const bool meet = made.b < 0 || made.bodies_meet || std::holds_alternative<CordJoint>(made.kind);
-    if (!meet) set_pair(made.a, made.b, {.meets = false});
+    if (!meet) {
+        PairRule rule = pairs_.of(made.a, made.b);
+        rule.meets = false;
+        set_pair(made.a, made.b, rule);
+    }
+    forget_rates(made);
     joints_.push_back(std::move(bonds));
     broken_.push_back(0);
     springs_before_.emplace_back();
     return index;
+}
+
+/// Lets the next step know nothing of the rates before it: the forces of a joint begin or end.
+void World::forget_rates(const Joint& joint) {
+    for (const int body : {joint.a, joint.b})
+        if (body >= 0) at(body).before.reset();
 }
 
 bool World::is_joined(int body) const {
@@ -160,7 +174,13 @@ void World::break_joints(double dt, const Eigen::VectorXd& v) {
         forces[bonds_[k].joint] +=
             solver_.bond_impulse(k, v) / (bonds_[k].is_spring ? dt : step_.velocity_factor * dt);
     for (std::size_t j = 0; j < joints_.size(); ++j)
-        if (forces[j].norm() > joints_[j].joint().strength) broken_[j] = 1;
+        if (!broken_[j] && forces[j].norm() > joints_[j].joint().strength) {
+            broken_[j] = 1;
+            notice(fmt::format("joint \"{}\" breaks at {:.6g} s, under {:.3g} N", joints_[j].joint().name,
+                               time_ + dt, forces[j].norm()));
+            forget_rates(joints_[j].joint());
+            springs_before_[j] = {};
+        }
 }
 
 }  // namespace nbd

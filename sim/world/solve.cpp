@@ -156,6 +156,7 @@ World::Rejection World::solve(const StepPart& part, Eigen::VectorXd& v, WorldRep
                is_newton = is_asked || turns(obstacles_, time_, time_ + dt);
     const int most = is_asked ? config_.step.newton_iterations : max_linearisations;
     report.solver_converged = true;
+    turns_abruptly_ = false;
     barrier().begin_step(time_, dt);
     Eigen::VectorXd to = stacked(&World::likely_velocities, given);
     v = -leads(dt);
@@ -165,6 +166,7 @@ World::Rejection World::solve(const StepPart& part, Eigen::VectorXd& v, WorldRep
     if (!leads_somewhere(dt, to)) return {.reason = too_large, .fatal = true};
     look(dt, v, to, progress, report);
     double share = 0, moved = 0, error = 0;
+    double allowed_strain = rigid_strain;
     double allowed = is_newton ? config_.step.newton_tolerance : contact_share;
     for (int k = 0;; ++k) {
         stop_if_asked();
@@ -200,13 +202,14 @@ World::Rejection World::solve(const StepPart& part, Eigen::VectorXd& v, WorldRep
         share = propose(dt, v, to, progress, report);
         if (share == 1 && trusted == 1 && !is_newton) {
             error = timed(report.detect_us, [&] { return contact_error(dt, to, shapes); });
-            if (solved.settled && error <= allowed && strain_of_turns(dt, to) <= rigid_strain) {
+            if (solved.settled && error <= allowed && strain_of_turns(dt, to) <= allowed_strain) {
                 v = to;
                 if (solved.converged) return {};
                 return {.reason = "the linear system was not solved to its tolerance",
                         .trouble = StepTrouble::linear_solver};
             }
             if (error > allowed) allowed *= 2;
+            allowed_strain *= 2;
         }
         if (k > 0 && progress == 1) share = search_line(v, to, share);
         v += share * (to - v);

@@ -1,4 +1,5 @@
 // Where a step starts from, where it ends and with which momentum.
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <utility>
@@ -29,7 +30,8 @@ void World::choose_steps(double dt) {
     begin_backward_euler(dt);
     const std::vector<Nodes> of_joints = joint_forces(dt);
     for (std::size_t b = 0; b < bodies_.size(); ++b) measure_inner_forces(bodies_[b], dt, of_joints[b]);
-    if (config_.step.integrator == TimeIntegrator::backward_euler) return;
+    constexpr double straight = 0.3;  // radians, beyond which straight ways by earlier rates lead astray
+    if (config_.step.integrator == TimeIntegrator::backward_euler || largest_turn(dt) > straight) return;
     step_ = {dt, 1 / TwoStepWeights::end};
     const bool is_known =
         std::ranges::all_of(bodies_, [](const Body& body) { return body.before.has_value(); });
@@ -44,6 +46,18 @@ void World::choose_steps(double dt) {
                                     (1 - weights.end) * body.outer_before);
         body.start.v.rowwise() += (1 - weights.end) * dt * gravity_before_.transpose();
     }
+}
+
+/// Radians by which the fastest rigid body turns in a time.
+double World::largest_turn(double dt) const {
+    double largest = 0;
+    for (const Body& body : bodies_) {
+        if (!body.elastic->is_rigid()) continue;
+        const Eigen::Matrix3d inertia = rigid_inertia(*body.elastic, body.state.x).bottomRightCorner<3, 3>();
+        const Eigen::Vector3d rate = inertia.ldlt().solve(momentum_of(*body.elastic, body.state).angular);
+        largest = std::max(largest, dt * rate.norm());
+    }
+    return largest;
 }
 
 /// A step from the state of all bodies as it is.

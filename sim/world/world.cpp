@@ -284,6 +284,10 @@ void World::restore(const WorldSnapshot& snapshot) {
         if (count != 0 && count != joints_.size())
             throw std::invalid_argument(
                 fmt::format("world: a snapshot of {} joints for {}", count, joints_.size()));
+    for (const JointLoad& load : snapshot.springs_before)
+        for (const Momentum* side : {&load.on_a, &load.on_b})
+            if (!side->linear.allFinite() || !side->angular.allFinite())
+                throw std::invalid_argument("world: the snapshot's forces of springs are not finite");
     reset(snapshot);
     start_is_checked_ = false;
     reactions_.clear();

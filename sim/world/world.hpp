@@ -312,12 +312,14 @@ class World {
     Rejection solve_safely(const StepPart& part, Eigen::VectorXd& v, WorldReport& report);
     std::string move(const StepPart& part, const Eigen::VectorXd& v, bool is_solved, WorldReport& report);
     void measure(WorldReport& report) const;
+    bool is_fit(const RigidVector& motion, int index) const;
 
     // approach.cpp
     Nodes foreseen_motion(const Body& body, double dt) const;
     Rejection pass_of_ball(double dt) const;
 
     // time_integration.cpp
+    double largest_turn(double dt) const;
     void choose_steps(double dt);
     void begin_backward_euler(double dt);
     void measure_inner_forces(Body& body, double dt, const Nodes& of_joints);
@@ -365,6 +367,7 @@ class World {
 
     // joints.cpp
     bool is_joined(int body) const;
+    void forget_rates(const Joint& joint);
     void find_bonds(double dt, const Eigen::VectorXd& v);
     std::vector<Nodes> joint_forces(double dt);
     std::vector<Eigen::Vector3d> centres_of(std::span<const Nodes> x) const;

@@ -15,6 +15,8 @@
 namespace nbd {
 namespace {
 
+constexpr double most_turn = 0.6;  // radians, of a rigid body in a step
+
 /// Why the simulation has failed in this pose; empty: it has not.
 std::string pose_failure(int body, const ElementReport& elements, int count, const FailureLimits& limits) {
     if (elements.non_finite > 0)
@@ -162,7 +164,7 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
         if (!failure.empty()) return failure;
         energies.push_back(elements.energy);
     }
-    Eigen::VectorXd impulses = solver_.step_impulses(v);
+    const Eigen::VectorXd impulses = solver_.step_impulses(v);
     const Eigen::VectorXd all = solver_.impulses(v);
     const std::vector<Momentum> of_contacts = solver_.momenta(v, middles, last);
     std::vector<RigidVector> missing;  // impulses
@@ -186,14 +188,14 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
         // step.
         const BodyPositions now{.x = nodes_now(), .centres = centres_of(nodes_now())};
         ContactSolver::RigidResponse response = solver_.response(v, missing, inertia, now);
-        impulses += response.impulses;
         more = std::move(response.of_each);
         for (int b = 0; b < body_count(); ++b)  // what holds a body lets it get no momentum of these
             if (const Eigen::Index held = at(b).holding.rows(); held > 0)
                 at(b).holding.rowwise() -=
                     body_part(b, response.impulses).colwise().sum() / (factor * static_cast<double>(held));
         for (int b = 0; b < body_count(); ++b)
-            add_motion(*at(b).elastic, factor * response.motions[b], at(b).state);
+            if (!is_joined(b) || is_fit(factor * response.motions[b], b))
+                add_motion(*at(b).elastic, factor * response.motions[b], at(b).state);
     } else {
         // What did not balance the motion is no force of the body.
         for (Body& body : bodies_) body.inner_forces.resize(0, 3);
@@ -202,11 +204,23 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
     add_contact_reactions(part, solver_.pair_impulses(v, more, middles));
     add_joint_reactions(part, v, more, middles, last);
     springs_before_ = springs_;
+    const Eigen::VectorXd of_contact = solver_.contact_impulses(v, more);
     for (int b = 0; b < body_count(); ++b)
-        at(b).contact_forces += part.share / (factor * dt) * body_part(b, impulses);
+        at(b).contact_forces += part.share / (factor * dt) * body_part(b, of_contact);
     for (int b = 0; b < body_count(); ++b) at(b).energy = energies[b];
     report.inverted_elements = inverted;
     return {};
+}
+
+/// Whether a motion that a jointed body is to get has no more energy than it and a fall in the step explain:
+/// where a motor or light links hold it, the impulses of joints are large, and what they leave is noise.
+bool World::is_fit(const RigidVector& motion, int index) const {
+    constexpr double share = 2;
+    const Body& body = at(index);
+    const double energy = motion.dot(rigid_inertia(*body.elastic, body.state.x) * motion) / 2,
+                 fall = body.elastic->mass() * (gravity_before_ * step_.dt).squaredNorm();
+    return energy <= share * (kinetic_energy(*body.elastic, body.state.v) +
+                              kinetic_energy(*body.elastic, body.before->v) + fall);
 }
 
 /// Solves a part so that it ends where the next can begin, anew with exact bounds where others fail. v: out,
@@ -233,6 +247,9 @@ World::Rejection World::solve_safely(const StepPart& part, Eigen::VectorXd& v, W
 /// Advances by one part.
 World::Rejection World::try_part(const StepPart& part, WorldReport& report) {
     take_nodes();
+    if (const double turn = largest_turn(part.dt); turn > most_turn && !part.finest)
+        return {.reason = fmt::format("a rigid body would turn by {:.2g} rad in a step, more than {}", turn,
+                                      most_turn)};
     choose_steps(part.dt);
     Rejection rejection = pass_of_ball(part.dt);
     if (rejection && !part.finest) return rejection;
@@ -247,7 +264,7 @@ World::Rejection World::try_part(const StepPart& part, WorldReport& report) {
         if (std::string failure = move(part, v, is_solved, report); !failure.empty())
             return {.reason = failure, .fatal = true};
         friction_memory_.remember(solver_.rubbed(v));
-        break_joints(part.dt, v);
+        if (is_solved) break_joints(part.dt, v);  // else impulses are noise
     } catch (const std::runtime_error& error) {
         return {.reason = error.what(), .fatal = true};
     }

@@ -75,6 +75,7 @@ std::vector<PhysicsCheck> collision_checks();
 std::vector<PhysicsCheck> friction_checks();
 std::vector<PhysicsCheck> rest_checks();
 std::vector<PhysicsCheck> turning_checks();
+std::vector<PhysicsCheck> joined_checks();
 std::vector<PhysicsCheck> impact_checks();
 std::vector<PhysicsCheck> ringing_checks();
 std::vector<PhysicsCheck> stiffness_checks();

@@ -52,6 +52,13 @@ const std::string full = R"({
                 {"cylinder": {"radius": 1, "length": 2, "segments": 12}},
                 {"capsule": {"radius": 1, "length": 2}},
                 {"heights": {"spacing": 0.5, "table": [[0, 1, 0], [0, 2, 0]]}}],
+  "joints": [{"name": "neck", "bodies": ["first", "b"], "ball": {"point": [1, 2, 3]}, "strength": 5},
+             {"body": "b", "hinge": {"point": [1, 0, 0], "axis": [0, 2, 0], "least": -90, "most": 45, "stiffness": 2, "rest": 10, "damping": 3}, "width": 0.2},
+             {"body": "c", "slider": {"point": [0, 1, 0], "axis": [1, 0, 0], "motor": [[0, 0], [2, 1]]}},
+             {"bodies": ["b", "c"], "weld": {"region": {"box": {"min": [0, 0, 0], "max": [1, 1, 1]}}}, "meet": true},
+             {"bodies": ["c", "b"], "weld": {"region": {"sphere": {"centre": [0, 0, 0], "radius": 1}}}},
+             {"bodies": ["b", "c"], "spring": {"from": [0, 0, 1], "to": [0, 0, 2], "stiffness": 7, "damping": 1, "length": 0.5}},
+             {"body": "b", "rope": {"from": [0, 0, 1], "to": [0, 0, 2], "stiffness": 8, "damping": 2, "length": 1.5}}],
   "gravity": [0, -9.81, 0],
   "contact": {"stiffness_scale": 2, "friction": 0.1, "thickness": 0.005,
     "pairs": [{"bodies": ["first", "c"], "friction": 0.3}, {"bodies": ["b", "b"], "meet": false},
@@ -137,6 +144,21 @@ TEST(Scene, ReadsEveryKey) {
     EXPECT_EQ(spec.obstacles[3].obstacle.motion.centre, Eigen::Vector3d(0, 1, 0));
     EXPECT_EQ(spec.obstacles[4].made.X.rows(), 26);
     EXPECT_EQ(spec.obstacles[6].made.X.row(4), Eigen::RowVector3d(0.5, 0.5, 2));
+    ASSERT_EQ(spec.joints.size(), 7u);
+    EXPECT_EQ(spec.joints[0].joint.name, "neck");
+    EXPECT_EQ(spec.joints[0].joint.a, 0);
+    EXPECT_EQ(spec.joints[0].joint.b, 1);
+    EXPECT_EQ(spec.joints[0].joint.strength, 5);
+    EXPECT_EQ(spec.joints[1].joint.name, "joints[1]");
+    EXPECT_EQ(spec.joints[1].joint.b, -1);
+    const HingeJoint& hinge = std::get<HingeJoint>(spec.joints[1].joint.kind);
+    EXPECT_DOUBLE_EQ(*hinge.angle.most, std::numbers::pi / 4);
+    EXPECT_DOUBLE_EQ(hinge.angle.rest, std::numbers::pi / 18);
+    EXPECT_EQ(std::get<SliderJoint>(spec.joints[2].joint.kind).way.motor.at(1, 0), 0.5);
+    EXPECT_TRUE(spec.joints[3].joint.bodies_meet);
+    EXPECT_TRUE(spec.joints[3].region);
+    EXPECT_EQ(std::get<CordJoint>(spec.joints[5].joint.kind).stiffness, 7);
+    EXPECT_TRUE(std::get<CordJoint>(spec.joints[6].joint.kind).pulls_only);
     EXPECT_EQ(spec.gravity, Eigen::Vector3d(0, -9.81, 0));
     EXPECT_DOUBLE_EQ(spec.contact.thickness, 0.005);
     ASSERT_EQ(spec.pairs.size(), 4u);

@@ -143,6 +143,26 @@ INSTANTIATE_TEST_SUITE_P(Range, Tumbling,
                                            std::tuple(0.1, 1e-4, 200.0, 0.0), std::tuple(0.1, 2e-2, 3.0, 1e3),
                                            std::tuple(10.0, 1e-4, 1.0, 1e3)));
 
+/// What turns by a radian and more in a step is cut into parts, and keeps its energy.
+TEST(RigidBody, SpinsFastWithoutGainingEnergy) {
+    for (const double turn : {0.4, 0.8, 2.0}) {
+        const Model box = rigid_box({0.2, 0.04, 0.04});
+        World world({.gravity = Eigen::Vector3d::Zero()});
+        constexpr double dt = 5e-3;
+        world.add_body(placed(box, {0, 0, 0}, Eigen::Matrix3d::Identity(), {0, 0, 0}, {0, 0.01, turn / dt}));
+        const auto kinetic = [&] { return kinetic_energy(world.elastic(0), world.state(0).v); };
+        const double begin = kinetic();
+        double settled = 0;
+        for (int s = 0; s < 200; ++s) {
+            ASSERT_TRUE(world.step(dt).failure.empty());
+            if (s == 5) settled = kinetic();
+        }
+        // The velocities of a step are those of its straight way, which leads inward, too.
+        EXPECT_NEAR(settled, begin, 0.05 * begin) << turn;
+        EXPECT_NEAR(kinetic(), settled, 0.01 * settled) << turn;
+    }
+}
+
 /// Slides down a slope, or stands.
 TEST(RigidBody, SlidesAsCoulombSays) {
     constexpr double angle = 0.35, g = 9.81;

@@ -1,0 +1,204 @@
+// Rigid bodies and joints.
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "apps/bench/physics/physics_check.hpp"
+#include "apps/bench/physics/physics_world.hpp"
+#include "meshing/body/rigid_body.hpp"
+#include "sim/fem/momentum.hpp"
+
+namespace nbd {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+/// A rigid box around the origin.
+struct RigidBox {
+    Body body;
+    std::shared_ptr<const ElasticBody> elastic;
+
+    explicit RigidBox(const Vector3d& size, double density = 1000)
+        : body(make_rigid_body("box", box_surface(size, {2, 2, 2}), density)),
+          elastic(std::make_shared<const ElasticBody>(body)) {}
+
+    WorldBody at(const Vector3d& centre, const Vector3d& velocity = Vector3d::Zero(),
+                 const Vector3d& spin = Vector3d::Zero(), const Matrix3d& R = Matrix3d::Identity()) const {
+        WorldBody placed{.elastic = elastic, .W = body.W, .F = body.surface.F};
+        const Nodes turned = body.tets.X * R.transpose();
+        placed.state.x = turned.rowwise() + centre.transpose();
+        placed.state.v = Nodes(turned.rows(), 3);
+        for (Eigen::Index i = 0; i < turned.rows(); ++i)
+            placed.state.v.row(i) = velocity + spin.cross(Vector3d(turned.row(i)));
+        return placed;
+    }
+};
+
+Matrix3d cross_matrix(const Vector3d& w) {
+    Matrix3d cross;
+    cross << 0, -w.z(), w.y(), w.z(), 0, -w.x(), -w.y(), w.x(), 0;
+    return cross;
+}
+
+/// The turn of two radians of a box, about an axis near that of its middle moment of inertia. parameter:
+/// radians in a step. The error is that of its orientation, in radians.
+PhysicsOutcome rigid_tumble(const PhysicsCase& c) {
+    const RigidBox box(c.size * Vector3d(1, 0.6, 0.3));
+    const double rate = c.parameter / c.dt;
+    const Vector3d spin = rate * Vector3d(0.1, 1, 0.2);
+    World world = world_of(c, weightless(), {box.at({0, 0, 0}, {0, 0, 0}, spin)});
+    const Matrix3d inertia = rigid_inertia(*box.elastic, box.body.tets.X).bottomRightCorner<3, 3>();
+    const Vector3d L = inertia * spin;
+    Matrix3d R = Matrix3d::Identity();
+    constexpr int parts = 50;
+    const int steps = static_cast<int>(2 / c.parameter);
+    for (int s = 0; s < steps; ++s) {
+        advance(world, c.dt);
+        for (int k = 0; k < parts; ++k) {
+            const double h = c.dt / parts;
+            const auto slope = [&](const Matrix3d& Q) -> Matrix3d {
+                return cross_matrix(Q * inertia.inverse() * Q.transpose() * L) * Q;
+            };
+            const Matrix3d k1 = slope(R), k2 = slope(R + h / 2 * k1), k3 = slope(R + h / 2 * k2),
+                           k4 = slope(R + h * k3);
+            R += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
+        }
+    }
+    const Matrix3d F = world.elastic(0).deformation_gradient(world.state(0).x, 0);
+    return zero_outcome((F - R).norm());
+}
+
+/// parameter: coefficient of friction.
+PhysicsOutcome rigid_slide(const PhysicsCase& c) {
+    constexpr double angle = 0.35;
+    WorldConfig config = config_of();
+    config.gravity = standard_gravity * Vector3d(std::sin(angle), 0, -std::cos(angle));
+    const RigidBox box(c.size * Vector3d(1, 1, 0.5));
+    World world = world_of(c, config, {box.at({0, 0, 0.2505 * c.size})}, {floor_plane(c.parameter)});
+    const double mass = box.elastic->mass(), time = std::max(0.1, 20 * c.dt);
+    const double settled = std::max(0.1, 10 * std::sqrt(1e-3 * c.size / standard_gravity));
+    while (world.time() < settled) advance(world, c.dt);
+    const double start = world.time(), before = momentum(world, 0).x() / mass;
+    while (world.time() < start + time) advance(world, c.dt);
+    const double a = (momentum(world, 0).x() / mass - before) / (world.time() - start),
+                 truth = standard_gravity * (std::sin(angle) - c.parameter * std::cos(angle));
+    return relative_outcome(a, truth);
+}
+
+constexpr double swing = 0.5;  // radians
+
+double pendulum_period(const PhysicsCase& c) {
+    const double inertia = (1 + 0.01) / 12 + 0.25;  // of mass and length 1 about the end
+    return 2 * std::numbers::pi * std::sqrt(inertia * c.size / (0.5 * standard_gravity)) *
+           (1 + std::pow(swing, 2) / 16 + 11 * std::pow(swing, 4) / 3072);
+}
+
+/// A bar on a ball joint at its end.
+World pendulum_world(const PhysicsCase& c) {
+    const RigidBox bar(c.size * Vector3d(0.1, 0.1, 1));
+    const Matrix3d R = Eigen::AngleAxisd(swing, Vector3d::UnitY()).matrix();
+    World world = world_of(c, config_of(), {bar.at(-R.col(2) * c.size / 2, {0, 0, 0}, {0, 0, 0}, R)});
+    world.add_joint({.kind = BallJoint{}});
+    return world;
+}
+
+PhysicsOutcome pendulum(const PhysicsCase& c) {
+    World world = pendulum_world(c);
+    double first = 0, last = 0, before = 0;
+    for (int crossings = 0; crossings < 3;) {
+        advance(world, c.dt);
+        const double side = mass_centre(world, 0).x();
+        if (before < 0 && side >= 0) {
+            last = world.time() - c.dt * side / (side - before);
+            if (crossings++ == 0) first = last;
+        }
+        before = side;
+    }
+    return relative_outcome((last - first) / 2, pendulum_period(c));
+}
+
+/// Of three swings.
+PhysicsOutcome pendulum_energy(const PhysicsCase& c) {
+    World world = pendulum_world(c);
+    const double depth = world.elastic(0).mass() * standard_gravity * c.size / 2 * (1 - std::cos(swing));
+    advance(world, c.dt);
+    const double begin = energy(world, 0, standard_gravity);
+    while (world.time() < 3 * pendulum_period(c)) advance(world, c.dt);
+    return zero_outcome(std::abs(energy(world, 0, standard_gravity) - begin) / depth);
+}
+
+/// Eleven bodies on ball joints that swing down from a level line. parameter: mass of the last over that of
+/// the others together. The error is the energy that it gains, by that of its fall.
+PhysicsOutcome chain_energy(const PhysicsCase& c) {
+    const RigidBox link(c.size * Vector3d(1, 0.2, 0.2)), last(c.size * Vector3d(1, 1, 1), c.parameter * 400);
+    std::vector<WorldBody> bodies;
+    for (int b = 0; b < 10; ++b) bodies.push_back(link.at({(0.5 + b) * c.size, 0, 0}));
+    bodies.push_back(last.at({10.5 * c.size, 0, 0}));
+    World world = world_of(c, config_of(), std::move(bodies));
+    world.add_joint({.kind = BallJoint{}});
+    for (int b = 0; b < 10; ++b)
+        world.add_joint({.a = b, .b = b + 1, .kind = BallJoint{.point = {(b + 1) * c.size, 0, 0}}});
+    const double fall = 10 * c.size * standard_gravity * (last.elastic->mass() + 5 * link.elastic->mass());
+    double most = 0;
+    while (world.time() < 3 * std::sqrt(10 * c.size / standard_gravity)) {
+        advance(world, c.dt);
+        double sum = 0;
+        for (int b = 0; b <= 10; ++b) sum += energy(world, b, standard_gravity);
+        most = std::max(most, sum);
+    }
+    return zero_outcome(most / fall);
+}
+
+/// Two bodies on a ball joint that turn about each other. The error is that of the angular momentum.
+PhysicsOutcome joined_spin(const PhysicsCase& c) {
+    const RigidBox heavy(c.size * Vector3d(1, 0.5, 0.5), 3000), light(c.size * Vector3d(1, 0.25, 0.25));
+    const double rate = 0.02 / c.dt;
+    World world = world_of(c, weightless(),
+                           {heavy.at({0, 0, 0}, {0, 0, 0}, rate * Vector3d(0.25, 1, 0.5)),
+                            light.at({c.size, 0, 0}, rate * c.size * Vector3d(0.02, 0.4, -0.3))});
+    world.add_joint({.a = 0, .b = 1, .kind = BallJoint{.point = {c.size / 2, 0, 0}}});
+    const Vector3d before = angular_momentum(world, 0) + angular_momentum(world, 1);
+    advance(world, c.dt, 200);
+    return zero_outcome((angular_momentum(world, 0) + angular_momentum(world, 1) - before).norm() /
+                        before.norm());
+}
+
+}  // namespace
+
+std::vector<PhysicsCheck> joined_checks() {
+    const PhysicsRange range{.moduli = {1e5}};
+    const auto with = [&](std::vector<double> parameters, FarBody far) {
+        PhysicsRange of = range;
+        of.parameters = std::move(parameters);
+        of.far = far;
+        return of;
+    };
+    const auto resolved = [](const PhysicsCase& c) {
+        return c.dt < pendulum_period(c) / 100 && c.dt > pendulum_period(c) / 20'000;
+    };
+    const auto links = [](const PhysicsCase& c) {
+        const double time = std::sqrt(c.size / standard_gravity);
+        return c.dt < 0.2 * time && c.dt > 1e-3 * time;
+    };
+    return {{"rigid_tumble", "A rigid box tumbles as Euler's equations say, for two radians.",
+             "error of its orientation", 0.05, all_cases(with({0.01, 0.05}, FarBody::each), 7), rigid_tumble,
+             "radians a step"},
+            {"rigid_slide", "A rigid box slides down a slope of 0.35 rad with g (sin - mu cos).",
+             "acceleration, m/s2", 0.01, all_cases(with({0.1, 0.3}, FarBody::each), 9), rigid_slide,
+             "coefficient of friction"},
+            {"pendulum",
+             "A rigid bar on a ball joint swings by half a radian with the period of the elliptic integral.",
+             "period, s", 0.005, all_cases(range, 5, resolved), pendulum},
+            {"pendulum_energy", "In three swings it keeps its energy.", "change, by that of a swing", 0.02,
+             all_cases(range, 5, resolved), pendulum_energy},
+            {"chain_energy", "A chain of rigid links that swings down gains no energy.",
+             "gain, by the energy of its fall", 0.02, all_cases(with({1, 100}, FarBody::some), 5, links),
+             chain_energy, "mass of the last over that of all others"},
+            {"joined_spin", "Two bodies on a joint that turn about each other keep their angular momentum.",
+             "change over the whole", 1e-3, all_cases(range, 5), joined_spin}};
+}
+
+}  // namespace nbd
