@@ -242,7 +242,8 @@ TEST_F(ResumeTest, WritesOutputsRequestedLaterFromTheJournal) {
     scene.resize(scene.find(",\n            \"output\""));
     write("bare.json", scene += '}');
     leave_journal(where, bare);
-    make(bare + " --csv " + where + "/run.csv --reactions " + where + "/forces.csv --vtu " + where + "/frames --obj " + where + "/frames");
+    make(bare + " --csv " + where + "/run.csv --reactions " + where + "/forces.csv --vtu " + where +
+         "/frames --obj " + where + "/frames");
     fs::copy_file(folder() / "whole/run.h5", folder() / where / "run.h5",
                   fs::copy_options::overwrite_existing);
     expect_whole(where);  // the recording contains the text of the other scene
