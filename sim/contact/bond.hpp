@@ -18,7 +18,7 @@ struct CarriedPoint {
 ///
 ///   1/2 d^T K d + 1/2 stiffness stretch^2,   stretch = s - length,
 ///
-/// where s = along.d, or |d| if `along` is zero. K is symmetric positive semi-definite.  Where `pulls_only`,
+/// where s = along.d, or |d| if `along` is zero. K is symmetric positive semi-definite. Where `pulls_only`,
 /// a negative stretch counts as zero. Damping resists the rate of s where the second term acts.
 struct BondLaw {
     Eigen::Matrix3d K = Eigen::Matrix3d::Zero();      // N/m

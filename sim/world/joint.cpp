@@ -303,7 +303,7 @@ void JointBonds::add_freedom(const JointFreedom& freedom, double value, double a
     const std::array<Eigen::Vector3d, 3> e = directions(x);
     const bool is_slider = arm == 0;
     const double unit = is_slider ? 1 : arm;  // metres of the point for a unit of the freedom
-    /// The place of body b where the freedom has a value, and its direction there.
+    // The place of body b where the freedom has a value, and its direction there.
     const auto at = [&](double target) {
         if (is_slider) return std::pair(in_frame({target, 0, 0}, x), e[0]);
         const double c = std::cos(target), s = std::sin(target);

@@ -91,7 +91,8 @@ std::vector<Nodes> World::joint_forces(double dt) {
         forces.push_back(Nodes::Zero(joints_.empty() ? 0 : body.state.x.rows(), 3));
     springs_.assign(joints_.size(), {});
     if (joints_.empty()) return forces;
-    const BodyPositions at{.x = nodes_now(), .centres = centres_of(nodes_now())};
+    BodyPositions at{.x = nodes_now(), .centres = {}};
+    at.centres = centres_of(at.x);
     std::vector<Bond> bonds;
     for (std::size_t j = 0; j < joints_.size(); ++j)
         if (!broken_[j]) joints_[j].add(at.x, time_, dt, bonds);

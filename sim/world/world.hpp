@@ -92,9 +92,9 @@ struct PastStep {
     std::vector<int> held;  // nodes with prescribed velocities in the step
 };
 
-/// The state of a world, without its bodies, obstacles and outer forces. A world built from the same ones and
-/// restored from a snapshot continues with the same bits. Plain arrays, reals in double, so that a file can
-/// keep them exactly.
+/// The state of a world, without its bodies, obstacles, joints and outer forces. A world built from the same
+/// ones and restored from a snapshot continues with the same bits. Plain arrays, reals in double, so that a
+/// file can keep them exactly.
 struct WorldSnapshot {
     double time = 0;                // seconds
     double dt_before = 0;           // length of the part of a step that ended here, seconds; 0: none
@@ -208,10 +208,10 @@ class World {
     /// Whether nothing holds a body, so that resolve_start() may move it. -1, an obstacle: no.
     bool can_be_moved(int body) const;
 
-    /// Moves bodies without grips apart, and out of obstacles, until nothing intersects or is too near to
-    /// start. Returns the moves.
-    /// Throws std::invalid_argument, naming the faces, where that does not help: bodies that intersect
-    /// themselves, or that are held; StopAsked as stop_if_asked(), and the world is as before.
+    /// Moves bodies without grips and joints apart, and out of obstacles, until nothing intersects or is too
+    /// near to start. Returns the moves. Throws std::invalid_argument, naming the faces, where that does not
+    /// help: bodies that intersect themselves, or that are held; StopAsked as stop_if_asked(), and the world
+    /// is as before.
     std::vector<StartMove> resolve_start();
 
     /// Likewise for bodies that only touch, or overlap by little: moves no body by more than a hundredth of
@@ -226,10 +226,11 @@ class World {
     /// Forces between bodies sum to zero. Zero before the first step and after restore().
     const Nodes& contact_forces(int body) const { return at(body).contact_forces; }
 
-    /// What grips, driven nodes, obstacles and other bodies exerted on bodies in the last step, in a fixed
-    /// order; of two bodies, what acts on the one with the smaller number. Torques are about the origin that
-    /// users see, not origin(), with arms in the middle of the step. What the solver left of the balance of a
-    /// held body's free nodes is shared by its held ones. Empty before the first step and after restore().
+    /// What grips, driven nodes, obstacles, joints and other bodies exerted on bodies in the last step, in a
+    /// fixed order; of two bodies in contact, what acts on the one with the smaller number. Torques are about
+    /// the origin that users see, not origin(), with arms in the middle of the step. What the solver left of
+    /// the balance of a held body's free nodes is shared by its held ones. Empty before the first step and
+    /// after restore().
     std::vector<Reaction> reactions() const;
 
     WorldSnapshot snapshot() const;

@@ -150,10 +150,11 @@ double World::slip_length(double dt) const noexcept {
 std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_solved, WorldReport& report) {
     int inverted = 0;
     std::vector<double> energies;
-    const std::vector<Nodes> ends = nodes_after(part.dt, v);
+    BodyPositions last{.x = nodes_after(part.dt, v), .centres = {}};
+    const std::vector<Nodes>& ends = last.x;
+    last.centres = centres_of(ends);
     const auto [dt, factor] = step_;
     BodyPositions middles;
-    const BodyPositions last{.x = ends, .centres = centres_of(ends)};
     for (int b = 0; b < body_count(); ++b) {
         const Body& body = at(b);
         middles.x.push_back(middle(body));
@@ -165,7 +166,7 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
         energies.push_back(elements.energy);
     }
     const Eigen::VectorXd impulses = solver_.step_impulses(v);
-    const Eigen::VectorXd all = solver_.impulses(v);
+    const Eigen::VectorXd all = bonds_.empty() ? impulses : solver_.impulses(v);
     const std::vector<Momentum> of_contacts = solver_.momenta(v, middles, last);
     std::vector<RigidVector> missing;  // impulses
     std::vector<std::optional<RigidMatrix>> inertia;
@@ -186,7 +187,8 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
     if (is_solved) {
         // Where a step is long for contacts, momentum that is given without them would grow from step to
         // step.
-        const BodyPositions now{.x = nodes_now(), .centres = centres_of(nodes_now())};
+        BodyPositions now{.x = nodes_now(), .centres = {}};
+        now.centres = centres_of(now.x);
         ContactSolver::RigidResponse response = solver_.response(v, missing, inertia, now);
         more = std::move(response.of_each);
         for (int b = 0; b < body_count(); ++b)  // what holds a body lets it get no momentum of these
