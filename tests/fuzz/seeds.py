@@ -21,12 +21,9 @@ def interrupt(program, folder, kept, state, *arguments):
     return folder / kept
 
 
-JOURNAL = b"nbdtree journal 9\n"
-
-
 def records(journal):
-    """Begin and end of each record, see apps/simulate/journal.cpp."""
-    begin = len(JOURNAL)
+    """Begin and end of each record after the line with the format's number, see apps/simulate/journal.cpp."""
+    begin = journal.index(b"\n") + 1
     while begin < len(journal):
         end = begin + 72 + struct.unpack_from("<Q", journal, begin)[0]
         yield begin, end
