@@ -15,6 +15,10 @@ namespace nbd {
 /// its path; for a number beyond the range of double, its value.
 nlohmann::json parse_json(std::string_view text);
 
+/// The text with its comments, // to the end of a line and /* ... */, replaced by spaces, so that lines and
+/// columns stay; the text itself where it has none. Throws std::invalid_argument for one that does not end.
+std::string without_comments(std::string_view text);
+
 /// Allowed range of a number, ends included, and its name in error messages.
 struct NumberRange {
     double low, high;
@@ -48,6 +52,8 @@ class JsonObject {
 
     /// Declares a key that is gone, and the key to write instead, which finish() names.
     void gone(const std::string& key, const std::string& instead);
+    /// Declares what others call a key, as "E" for "young": finish() names the key to write.
+    void other_name(const std::string& word, const std::string& key);
 
     bool has(const std::string& key);
     /// Like has(), but a missing key is a problem.
@@ -77,6 +83,9 @@ class JsonObject {
     bool holds_objects(const std::string& key);
     /// Rows of finite numbers; none if the key is missing or wrong.
     std::vector<std::vector<double>> table(const std::string& key);
+    /// The value at a key as it is, for keys with forms of their own; null if the key is missing. type: its
+    /// name in JSON schemas.
+    const nlohmann::json* raw(const std::string& key, const std::string& type);
     /// The object at a key; an object without keys if the key is missing.
     JsonObject object(const std::string& key);
     /// The objects of an array; none if the key is missing.
@@ -99,6 +108,7 @@ class JsonObject {
     JsonReading* reading_;
     std::vector<std::string> known_;
     std::map<std::string, std::string> gone_;  // key to write instead
+    std::map<std::string, std::string> other_names_;
 };
 
 }  // namespace nbd

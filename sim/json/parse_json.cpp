@@ -98,4 +98,28 @@ nlohmann::json parse_json(std::string_view text) {
     }
 }
 
+std::string without_comments(std::string_view text) {
+    std::string result(text);
+    bool in_text = false;
+    for (std::size_t i = 0; i < result.size(); ++i) {
+        if (in_text && result[i] == '\\') {
+            ++i;  // what is escaped
+        } else if (result[i] == '"') {
+            in_text = !in_text;
+        } else if (!in_text && (text.substr(i, 2) == "//" || text.substr(i, 2) == "/*")) {
+            const bool is_line = text[i + 1] == '/';
+            const std::size_t end = text.find(is_line ? "\n" : "*/", i + 2);
+            if (end == text.npos && !is_line)
+                throw std::invalid_argument(fmt::format(
+                    "line {}: a comment begins with /* and does not end; allowed: one that ends with */",
+                    1 + std::ranges::count(text.substr(0, i), '\n')));
+            const std::size_t past = end == text.npos ? text.size() : is_line ? end : end + 2;
+            for (; i < past; ++i)
+                if (result[i] != '\n') result[i] = ' ';
+            --i;
+        }
+    }
+    return result;
+}
+
 }  // namespace nbd

@@ -11,6 +11,7 @@
 #include "collision/base/file_text.hpp"
 #include "collision/base/notice.hpp"
 #include "sim/scene/read_parts.hpp"
+#include "sim/scene/scene_template.hpp"
 
 namespace nbd {
 namespace {
@@ -103,13 +104,19 @@ Eigen::Matrix3d Placement::rotation() const {
 }
 
 SceneReading read_scene(std::string_view text, const std::filesystem::path& base) {
-    const nlohmann::json json = parse_json(text);
+    const std::string plain = without_comments(text);
+    const nlohmann::json json = parse_json(plain);
     JsonReading reading;
     JsonObject from(json, "", &reading);
     SceneReading result;
     SceneSpec& spec = result.spec;
-    spec.text = text;
+    spec.text = plain;
     from.text("$schema", "");
+    if (!read_variables(from).empty())
+        from.problem(
+            "variables",
+            "make the scene a template, which has no values yet; allowed: nbdtree dataset, which draws "
+            "its trajectories, and nbdtree simulate --trajectory K, which runs one of them");
     if (from.need("bodies") && json["bodies"].is_array() && json["bodies"].empty())
         from.problem("bodies", "must hold at least one body");
     for (JsonObject& body : from.objects("bodies")) {

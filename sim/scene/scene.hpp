@@ -127,7 +127,7 @@ struct SceneOutput {
 
 /// A scene as described by its JSON text, with paths joined to the base folder. Nothing is loaded yet.
 struct SceneSpec {
-    std::string text;  // the text as read
+    std::string text;  // the text as read, without its comments
     // What all positions are counted from, metres; empty: zero, as in the text. See local_scene().
     std::optional<Eigen::Vector3d> origin{};
     std::vector<SceneBody> bodies;

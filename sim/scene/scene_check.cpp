@@ -222,13 +222,16 @@ class SceneCheck {
                 findings_.notes.push_back(moved_text(labels_[move.body], move));
         } catch (const std::invalid_argument& error) {
             findings_.problems.push_back(error.what());
+            findings_.start_problems = 1;
             return;
         }
+        const std::size_t before = findings_.problems.size();
         const StartVerdict verdict = judge_start(world_, labels_, obstacle_labels_);
         std::vector<std::string>& lines = verdict.refusal.empty() ? findings_.warnings : findings_.problems;
         for (const StartFault& fault : verdict.faults)
             lines.push_back(spec_.resolve_start ? start_warning({fault}, true) : fault.text + fault.way);
         if (!verdict.refusal.empty() && verdict.faults.empty()) lines.push_back(verdict.refusal);
+        findings_.start_problems = findings_.problems.size() - before;
     }
 
     const SceneReading& reading_;

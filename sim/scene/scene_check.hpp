@@ -13,6 +13,7 @@ namespace nbd {
 /// line each, JSON path first.
 struct SceneFindings {
     std::vector<std::string> problems, warnings, notes;
+    std::size_t start_problems = 0;  // the last so many problems are of what intersects at the start
 };
 
 /// Checks a scene beyond its text. Problems: bodies that cannot be simulated, trees of other surfaces,

@@ -430,6 +430,12 @@ TEST(Scene, AgreesWithThePublishedSchema) {
     const SceneReading other = read_scene(with("", R"("gravity": [{"time": 0, "value": [0, 0, 0]}])"),
                                           "");  // keys that have several forms
     fields.insert(fields.end(), other.fields.begin(), other.fields.end());
+    const SceneReading variables = read_scene(
+        with("",
+             R"("variables": [{"name": "a", "uniform": [0, 1]}, {"log_uniform": [1, 2]}, {"integer": [0, 1]},
+            {"choice": [1]}, {"direction": [0, 0, 1]}, {"rotation": "any"}])"),
+        "");
+    fields.insert(fields.end(), variables.fields.begin(), variables.fields.end());
     const std::vector<std::string> differences =
         schema_differences(NBD_ASSETS "/scenes/schema/scene.schema.json", fields);
     EXPECT_EQ(differences, std::vector<std::string>{});
