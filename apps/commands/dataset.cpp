@@ -2,7 +2,11 @@
 #include <tbb/global_control.h>
 
 #include <atomic>
+#include <filesystem>
+#include <initializer_list>
 #include <memory>
+#include <optional>
+#include <utility>
 
 #include "apps/cli/interrupt.hpp"
 #include "apps/cli/option_checks.hpp"
@@ -14,7 +18,10 @@
 #include "apps/dataset/hold_out.hpp"
 #include "apps/dataset/plan.hpp"
 #include "apps/dataset/producer.hpp"
+#include "apps/dataset/scene_trajectories.hpp"
+#include "apps/dataset/value_table.hpp"
 #include "apps/dataset/variety.hpp"
+#include "collision/base/file_name.hpp"
 #include "meshing/body/body.hpp"
 #include "meshing/body/body_hints.hpp"
 #include "meshing/surface/counted.hpp"
@@ -25,8 +32,12 @@ namespace nbd {
 namespace {
 
 struct DatasetArguments {
-    std::string body, output, recipe, csv, shard, licence;
+    const CLI::App* command = nullptr;  // as parsed
+    std::string source;                 // file of the body or scene
+    std::string output, recipe, csv, shard, licence;
     std::optional<double> strength;
+    std::optional<int> frames;
+    std::string recorded, values;  // of a scene: name of the body whose poses are recorded; table
     DatasetPlan plan;
 };
 
@@ -69,9 +80,52 @@ ProducerHooks hooks_for(const ShardFolder& folder, Output& out) {
             .stop_if_asked = stop_if_asked};
 }
 
-/// Writes the card and the table of a merged dataset. Every rank does, since any other may have been killed.
-void write_summaries(const DatasetArguments& arguments, const ShardFolder& folder, const Body& body) {
-    write_card(folder, body, std::filesystem::path(arguments.body).filename().string(), arguments.licence);
+/// Whether trajectories are drawn from a scene; else from the recipes of a body.
+bool is_scene(const DatasetArguments& arguments) { return has_extension(arguments.source, ".json"); }
+
+/// Throws where an option is of the other kind of dataset.
+void check_options(const DatasetArguments& arguments) {
+    const auto refuse_all = [&](std::initializer_list<const char*> options, const char* why) {
+        for (const char* option : options)
+            if (arguments.command->count(option) > 0) throw CLI::ValidationError(option, why);
+    };
+    if (is_scene(arguments))
+        refuse_all({"--recipe", "--strength", "--frame-interval", "--steps-per-frame", "--contact-edges"},
+                   "is for the recipes of a body, but this dataset is drawn from a scene");
+    else
+        refuse_all({"--body", "--values"}, "is for scenes (.json), but this dataset is of a body");
+}
+
+/// Reads the body, or the scene and the body whose poses it records.
+Body load_source(const DatasetArguments& arguments, DatasetPlan& plan) {
+    if (!is_scene(arguments)) return load_body(arguments.source);
+    SceneTemplate scene = load_template(arguments.source);
+    const SceneDataset config{
+        .body = arguments.recorded, .frames = arguments.frames, .seed = plan.excitation.seed};
+    try {
+        plan.scene = std::make_shared<const SceneTrajectories>(std::move(scene), config);
+    } catch (const std::invalid_argument& error) {
+        throw std::invalid_argument(fmt::format("{}: {}", arguments.source, error.what()));
+    }
+    return plan.scene->body();
+}
+
+/// File of the body whose poses are recorded, for training. A body that a scene makes gets one in the
+/// dataset's folder.
+std::filesystem::path body_file(const DatasetArguments& arguments, const DatasetPlan& plan,
+                                const ShardFolder& folder, const Body& body) {
+    if (!plan.scene) return arguments.source;
+    if (!plan.scene->body_file().empty()) return plan.scene->body_file();
+    const std::filesystem::path file = folder.path() / "body.h5";
+    if (!std::filesystem::exists(file)) save_body(file, body);
+    return file;
+}
+
+/// Writes the card and the tables of a merged dataset. Every rank does, since any other may have been killed.
+void write_summaries(const DatasetArguments& arguments, const ShardFolder& folder, const Body& body,
+                     const std::filesystem::path& body_file) {
+    write_card(folder, body, body_file.filename().string(), arguments.licence);
+    if (!arguments.values.empty()) write_text(arguments.values, value_table(RecordingReader(folder.view())));
     write_text(arguments.csv, to_csv(variety_from_json(read_dataset_manifest(folder.view()).variety)));
 }
 
@@ -101,22 +155,27 @@ void report(const DatasetArguments& arguments, const ShardFolder& folder, const 
 
 void run(const DatasetArguments& arguments, Output& out) {
     const Shard shard = parse_shard(arguments.shard);
+    check_options(arguments);
     const Rank rank = this_rank();
     if (rank.number > 0) {  // only rank 0 prints
         out.quiet = true;
         out.json = false;
     }
-    check_outputs({{"dataset", arguments.output, ".h5"}, {"csv", arguments.csv, ".csv"}},
-                  {arguments.body, arguments.recipe});
+    check_outputs({{"dataset", arguments.output, ".h5"},
+                   {"csv", arguments.csv, ".csv"},
+                   {"values", arguments.values, ".csv"}},
+                  {arguments.source, arguments.recipe});
     DatasetPlan plan = arguments.plan;
     plan.excitation.ranges = load_ranges(arguments);
+    if (arguments.frames) plan.excitation.frames = *arguments.frames;
     hold_blas_to_one_thread();
     if (const BlasInfo blas = blas_info(); !blas.fast) out.warning(blas.warning);
     out.work("reading the body");
-    const Body body = load_body(arguments.body);
+    const Body body = load_source(arguments, plan);
+    if (plan.scene) plan.excitation.frames = plan.scene->frames();
     if (rank.number == 0)
         for (const std::string& hint : body_hints(body))
-            out.warning(fmt::format("{}: {}", arguments.body, hint));
+            out.warning(fmt::format("{}: {}", arguments.source, hint));
 
     finish_on_interrupt();
     const ShardFolder folder(arguments.output, plan.trajectories, plan.per_shard);
@@ -133,6 +192,7 @@ void run(const DatasetArguments& arguments, Output& out) {
 
     const bool alone = shard.count == 1 && rank.count == 1;
     const int processes = shard.count * rank.count, process = shard.number * rank.count + rank.number;
+    const std::filesystem::path trained = body_file(arguments, plan, folder, body);
     producer.verify([&](int g) { return alone || g % processes == process; });
     const auto mine = [&](int index) { return index % shard.count == shard.number; };
     const int threads = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
@@ -145,8 +205,10 @@ void run(const DatasetArguments& arguments, Output& out) {
     while (arguments.shard.empty() && !merge());
 
     if (arguments.shard.empty()) {
-        write_summaries(arguments, folder, body);
+        write_summaries(arguments, folder, body, trained);
         if (rank.number == 0) report(arguments, folder, body, out);
+        if (plan.scene)
+            out.text(fmt::format("poses are of the body {}, for nbdtree train", trained.string()));
         return;
     }
     out.text(
@@ -159,8 +221,10 @@ void run(const DatasetArguments& arguments, Output& out) {
 /// How each trajectory moves.
 void add_motion_options(CLI::App& command, DatasetArguments& arguments) {
     ExcitationConfig& excitation = arguments.plan.excitation;
-    command.add_option("--frames", excitation.frames, "Frames per trajectory")
-        ->capture_default_str()
+    command
+        .add_option(
+            "--frames", arguments.frames,
+            fmt::format("Frames per trajectory; default: {}, or those of the scene", excitation.frames))
         ->check(whole_number(1, 1'000'000));
     command.add_option("--seed", excitation.seed, "Trajectory i depends on the seed and on i alone")
         ->capture_default_str()
@@ -186,9 +250,11 @@ void add_split_options(CLI::App& command, DatasetPlan& plan) {
         ->capture_default_str()
         ->check(number_check(">= 0 and < 1", [](double x) { return x >= 0 && x < 1; }));
     command
-        .add_option("--hold-out", plan.hold_out,
-                    "Also store a split by a parameter of the recipes: kind=thrown,drop holds out these "
-                    "kinds, velocity=0.5..2 a range, velocity_gradient=top:0.2 those with the largest values")
+        .add_option(
+            "--hold-out", plan.hold_out,
+            "Also store a split by a parameter of the recipes: kind=thrown,drop holds out these "
+            "kinds, velocity=0.5..2 a range, velocity_gradient=top:0.2 those with the largest values; "
+            "variables.NAME is a variable of a scene")
         ->check(CLI::Validator(
             [](const std::string& rule) {
                 try {
@@ -210,11 +276,18 @@ void add_dataset(CLI::App& app, Output& out) {
                                       "job arrays. The same command continues an interrupted run",
                                       run);
     DatasetPlan& plan = arguments.plan;
-    command.add_option("BODY", arguments.body, "Body file")->required();
+    arguments.command = &command;
+    command.add_option("BODY", arguments.source, "Body file, or scene with variables (.json)")->required();
     command
         .add_option("-o,--output", arguments.output,
                     "Dataset to write; the frames go to a folder of the same name with .shards")
         ->required();
+    command.add_option(
+        "--body", arguments.recorded,
+        "Of a scene: name of the body whose poses are recorded; of several with the name, each in "
+        "its turn");
+    command.add_option("--values", arguments.values,
+                       "Of a scene: file for the values of its variables, one line per trajectory (CSV)");
     command.add_option("--recipe", arguments.recipe,
                        "JSON file that describes what happens in the trajectories, see assets/recipes");
     command.add_option("--trajectories", plan.trajectories, "Number of trajectories")

@@ -18,6 +18,20 @@ void add_scene_options(CLI::App& command, SimulateOptions& options) {
     command.add_option("--frames", options.frames, "Number of frames, instead of the scene's")
         ->check(whole_number(1, 10'000'000));
     command
+        .add_option("--trajectory", options.draw.trajectory,
+                    "Of a scene with variables: which of the trajectories that nbdtree dataset draws")
+        ->check(not_negative_whole());
+    command
+        .add_option("--seed", options.draw.seed,
+                    "Of a scene with variables: the seed of the draw; default: 1")
+        ->check(seed_check());
+    command
+        .add_option(
+            "--set", options.draw.set,
+            "Of a scene with variables: NAME=VALUE, a value instead of the drawn one; may be repeated")
+        ->type_name("NAME=VALUE")
+        ->allow_extra_args(false);
+    command
         .add_option("--audit", options.audit,
                     "Every N-th frame, count the face pairs that the scene's bounds miss; 0: never")
         ->capture_default_str()

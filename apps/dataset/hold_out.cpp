@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "apps/dataset/scene_trajectories.hpp"
 #include "meshing/formats/words.hpp"
 #include "meshing/surface/counted.hpp"
 
@@ -161,9 +162,13 @@ DatasetSplit split_by_parameter(const HoldOutRule& rule, const std::map<int, std
 void check_hold_out(const DatasetPlan& plan, const Body& body) {
     if (plan.hold_out.empty()) return;
     const HoldOutRule rule = parse_hold_out(plan.hold_out);
-    const RecipeBook book(std::make_shared<const Body>(body), plan.excitation);
     std::map<int, std::string> recipes;
-    for (int i = 0; i < plan.trajectories; ++i) recipes[i] = recipe_json(book.draw(i));
+    if (plan.scene) {
+        for (int i = 0; i < plan.trajectories; ++i) recipes[i] = plan.scene->recipe(i);
+    } else {
+        const RecipeBook book(std::make_shared<const Body>(body), plan.excitation);
+        for (int i = 0; i < plan.trajectories; ++i) recipes[i] = recipe_json(book.draw(i));
+    }
     split_by_parameter(rule, recipes);
 }
 

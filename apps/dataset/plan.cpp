@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "apps/dataset/scene_trajectories.hpp"
 #include "collision/base/file_text.hpp"
 #include "collision/base/shortened.hpp"
 #include "meshing/h5/atomic_file.hpp"
@@ -47,9 +48,13 @@ std::string plan_json(const DatasetPlan& plan, const Body& body) {
     }
     json["seed"] = excitation.seed;
     json["trajectories"] = plan.trajectories;
-    json["frames"] = excitation.frames;
-    json["frame_interval"] = excitation.frame_interval;
-    json["steps_per_frame"] = excitation.steps_per_frame;
+    if (plan.scene) {
+        plan.scene->add_to_plan(json);
+    } else {
+        json["frames"] = excitation.frames;
+        json["frame_interval"] = excitation.frame_interval;
+        json["steps_per_frame"] = excitation.steps_per_frame;
+    }
     json["contact"] = "barrier";
     json["solver"] = "iterative";
     json["attempts"] = plan.attempts;
@@ -60,11 +65,12 @@ std::string plan_json(const DatasetPlan& plan, const Body& body) {
     for (const FrameFieldName& field : frame_fields)
         if (plan.extras.fields[field.field]) json["extras"].push_back(field.name);
     if (plan.extras.contact_edges) json["extras"].push_back(contact_edges_name);
-    json["recipe"] = nlohmann::ordered_json::parse(to_json(excitation.ranges));
+    if (!plan.scene) json["recipe"] = nlohmann::ordered_json::parse(to_json(excitation.ranges));
     return json.dump(2) + "\n";
 }
 
 void check_trajectories(const DatasetPlan& plan, const Body& body) {
+    if (plan.scene) return;  // it has checked them
     const LocalThickness thickness(body.tets);
     check_excitation_config(plan.excitation);
     check_duration(plan.excitation, natural_scales(body, thickness));

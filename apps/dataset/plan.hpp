@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 
 #include "apps/dataset/shard_folder.hpp"
@@ -9,6 +10,8 @@
 
 namespace nbd {
 
+class SceneTrajectories;
+
 /// Everything that determines a dataset's content, except the body.
 struct DatasetPlan {
     int trajectories = 40, per_shard = 16;
@@ -17,6 +20,8 @@ struct DatasetPlan {
     std::string hold_out{};  // the rule of a second split, see HoldOutRule; empty: none
     ExtrasRequest extras{};
     ExcitationConfig excitation;
+    /// Where trajectories are drawn from a scene, which then has frames, times and forces; else null.
+    std::shared_ptr<const SceneTrajectories> scene{};
 };
 
 /// JSON text of the plan, including the body's hash and material and the program's version.

@@ -47,11 +47,11 @@ void run_workers(int count, int workers, const std::function<void(int)>& work) {
     if (failure) std::rethrow_exception(failure);
 }
 
-/// Maximum number of trajectories simulated at once, so that a process needs less than 2 GiB on bodies of up
-/// to 50,000 nodes. Further threads share in these trajectories.
-int at_a_time(const Body& body) {
+/// Maximum number of trajectories simulated at once, so that a process needs less than 2 GiB where they have
+/// up to 50,000 nodes. Further threads share in these trajectories.
+int at_a_time(Eigen::Index nodes) {
     constexpr double budget = 1.5e9, a_node = 25e3;  // bytes; a_node is measured with two bodies in contact
-    return std::max(1, static_cast<int>(budget / (a_node * static_cast<double>(body.tets.X.rows()))));
+    return std::max(1, static_cast<int>(budget / (a_node * static_cast<double>(nodes))));
 }
 
 /// The recipe with the attempts added.
@@ -94,13 +94,6 @@ DatasetManifest standing_manifest(const std::filesystem::path& view) {
     }
 }
 
-/// Edges of contact are those of the body's own surface.
-ExcitationConfig excitation_of(const DatasetPlan& plan) {
-    ExcitationConfig config = plan.excitation;
-    config.own_surface = plan.extras.contact_edges;
-    return config;
-}
-
 }  // namespace
 
 Producer::Producer(Body body, const DatasetPlan& plan, ShardFolder folder, ProducerHooks hooks)
@@ -109,13 +102,15 @@ Producer::Producer(Body body, const DatasetPlan& plan, ShardFolder folder, Produ
       key_(plan_key(plan_text_)),
       body_hash_(body_hash(body)),
       body_(std::move(body)),
-      excitation_(body_, excitation_of(plan)),
+      source_(trajectory_source(plan, body_)),
       tree_(shared_exact_tree(body_.surface.X.cast<float>(), body_.surface.F)),
       folder_(std::move(folder)),
       claims_(folder_.claims()),
       hooks_(std::move(hooks)) {
     if (!plan_.extras.contact_edges) return;
-    const World world = excitation_.start(0);
+    ExcitationConfig config = plan.excitation;
+    config.own_surface = true;
+    const World world = Excitation(body_, config).start(0);
     const double distance = world.thickness();
     contact_surface_ = std::make_shared<const ContactEdgeSurface>(
         tree_, body_.float_weights(), body_.surface.X.cast<float>(),
@@ -133,7 +128,8 @@ FrameContents Producer::contents() const {
 FrameExtras Producer::extras_of(const ExcitedFrame& frame, const Vertices& x, int index,
                                 std::optional<ContactEdgeFinder>& finder) const {
     FrameExtras extras;
-    add_fields(plan_.extras, frame.world.elastic(0), frame.x, frame.world.contact_forces(0), extras);
+    add_fields(plan_.extras, frame.world.elastic(frame.body), frame.x, frame.world.contact_forces(frame.body),
+               extras);
     if (!contact_surface_) return extras;
     const std::size_t bodies = frame.world.body_count();
     if (!finder) {
@@ -188,14 +184,15 @@ void Producer::verify(const std::function<bool(int)>& mine) {
 void Producer::simulate(int index) {
     nlohmann::ordered_json failed = nlohmann::ordered_json::array();
     const int nodes = body_.tets.X.rows();
-    int steps = plan_.excitation.steps_per_frame;
-    for (int attempt = 1;; ++attempt, steps *= 2) {
-        RecordingWriter writer(folder_.part(index), body_.origin);
+    for (int attempt = 1, refinement = 1;; ++attempt, refinement *= 2) {
+        const std::unique_ptr<Trajectory> trajectory = source_->start(index, refinement);
+        const int steps = trajectory->steps_per_frame();
+        RecordingWriter writer(folder_.part(index), source_->origin());
         writer.label(dataset_label, key_);
         const TrajectoryInfo info{.id = index,
                                   .seed = plan_.excitation.seed,
                                   .body_hash = body_hash_,
-                                  .recipe = with_attempts(excitation_.recipe(index), steps, failed),
+                                  .recipe = with_attempts(trajectory->recipe(), steps, failed),
                                   .failure = {},
                                   .frames = 0};
         const int handle = writer.begin_trajectory(info, nodes, contents());
@@ -210,13 +207,14 @@ void Producer::simulate(int index) {
             facts.troubled.push_back(frame.troubled);
             facts.self_intersections.push_back(self.count(body_.W, frame.x));
         };
-        const TrajectoryResult result = excitation_.run(index, on_frame, steps);
+        const TrajectoryResult result = trajectory->run(on_frame);
         const std::string& failure = result.failure;
-        if (!result.start_fault.empty()) {
+        {
             const std::scoped_lock lock(speaking_);
-            overlaps_[index] = result.start_fault;
+            if (!result.start_fault.empty()) overlaps_[index] = result.start_fault;
+            if (!result.drawn_again.empty()) drawn_again_[index] = result.drawn_again;
         }
-        if (!failure.empty() && attempt < plan_.attempts) {
+        if (!failure.empty() && result.can_improve && attempt < plan_.attempts) {
             failed.push_back({{"steps_per_frame", steps}, {"failure", failure}});
             continue;
         }
@@ -227,13 +225,17 @@ void Producer::simulate(int index) {
     }
 }
 
-/// One line for all trajectories that were made here.
-void Producer::tell_overlaps() {
-    const std::map<int, std::string> overlaps = std::exchange(overlaps_, {});
-    if (overlaps.empty()) return;
-    const auto& [index, fault] = *overlaps.begin();
-    warn(fmt::format("{} of the trajectories begin with an overlap, the first is trajectory {}: {}",
-                     overlaps.size(), index, fault));
+/// A line each about the starts of all trajectories that were made here.
+void Producer::tell_starts() {
+    const auto tell = [&](std::map<int, std::string>& starts, const char* what) {
+        const std::map<int, std::string> all = std::exchange(starts, {});
+        if (all.empty()) return;
+        const auto& [index, why] = *all.begin();
+        warn(fmt::format("{} of the trajectories {}, the first is trajectory {}: {}", all.size(), what, index,
+                         why));
+    };
+    tell(overlaps_, "begin with an overlap");
+    tell(drawn_again_, "were drawn again, as their starts intersect");
 }
 
 void Producer::make(int index, bool wait) {
@@ -252,7 +254,7 @@ void Producer::make(int index, bool wait) {
 void Producer::finish_shard(int shard) {
     const std::scoped_lock lock(packing_);  // excludes our own threads; the claim excludes processes
     const auto held = claims_.wait_for(first_shard_claim + shard, hooks_.stop_if_asked);
-    pack_shard(folder_, key_, body_.origin, shard, [this](const std::string& line) { warn(line); });
+    pack_shard(folder_, key_, source_->origin(), shard, [this](const std::string& line) { warn(line); });
 }
 
 void Producer::produce(const std::function<bool(int)>& mine, int threads, int start) {
@@ -265,9 +267,10 @@ void Producer::produce(const std::function<bool(int)>& mine, int threads, int st
             std::vector<int> missing;
             std::ranges::copy_if(wanted, std::back_inserter(missing),
                                  [&](int index) { return !folder_.has(index); });
-            if (missing.empty()) return tell_overlaps();
+            if (missing.empty()) return tell_starts();
             if (!wait) hooks_.progress(folder_.count());
-            const int count = missing.size(), workers = std::min({threads, count, at_a_time(body_)});
+            const int count = missing.size(),
+                      workers = std::min({threads, count, at_a_time(source_->nodes())});
             run_workers(count, workers, [&](int i) {
                 tbb::task_arena arena(std::max(1, threads / workers));
                 arena.execute([&] { make(missing[i], wait); });

@@ -11,8 +11,8 @@
 #include "apps/dataset/claims.hpp"
 #include "apps/dataset/plan.hpp"
 #include "apps/dataset/shard_folder.hpp"
+#include "apps/dataset/trajectory_source.hpp"
 #include "apps/extras/contact_edges.hpp"
-#include "sim/excitation/excitation.hpp"
 
 namespace nbd {
 
@@ -47,7 +47,7 @@ class Producer {
     FrameExtras extras_of(const ExcitedFrame& frame, const Vertices& x, int index,
                           std::optional<ContactEdgeFinder>& finder) const;
     void simulate(int index);
-    void tell_overlaps();
+    void tell_starts();
     void make(int index, bool wait);
     void finish_shard(int shard);
     /// Adds the split of the plan's rule; warns instead where failed trajectories leave a part of it empty.
@@ -60,14 +60,15 @@ class Producer {
     DatasetPlan plan_;
     std::string plan_text_, key_, body_hash_;
     Body body_;
-    Excitation excitation_;
+    std::shared_ptr<const TrajectorySource> source_;
     std::shared_ptr<const CollisionTree> tree_;                  // of the surface
     std::shared_ptr<const ContactEdgeSurface> contact_surface_;  // null unless contact edges are asked for
     ShardFolder folder_;
     Claims claims_;
     ProducerHooks hooks_;
     std::mutex speaking_, packing_;
-    std::map<int, std::string> overlaps_;  // at the starts of trajectories that were made here
+    // Of trajectories that were made here: overlaps at their starts, and why they were drawn again.
+    std::map<int, std::string> overlaps_, drawn_again_;
 };
 
 }  // namespace nbd

@@ -39,7 +39,7 @@ Journal::Facts facts_of(const RunOptions& options, const SceneSpec& spec) {
 RunLoop::RunLoop(SimulateOptions options, Output& out) : options_(std::move(options)), out_(out) {
     hold_blas_to_one_thread();
     if (const BlasInfo blas = blas_info(); !blas.fast) out.warning(blas.warning);
-    spec_ = load_scene(options_.scene);
+    spec_ = load_scene(options_.scene, options_.draw, out);
     override_scene();
     inputs_ = scene_inputs(spec_);
     inputs_.push_back(options_.scene);

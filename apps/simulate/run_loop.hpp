@@ -9,6 +9,7 @@
 #include "apps/cli/output.hpp"
 #include "apps/live/run_page.hpp"
 #include "apps/simulate/audit.hpp"
+#include "apps/simulate/draw_scene.hpp"
 #include "apps/simulate/journal.hpp"
 #include "apps/simulate/run_files.hpp"
 #include "apps/simulate/simulation_outputs.hpp"
@@ -18,6 +19,7 @@ namespace nbd {
 /// What a run of a scene is asked for.
 struct SimulateOptions {
     std::string scene;     // its file
+    SceneDraw draw{};      // of a scene with variables
     SceneOutput output{};  // empty paths: the scene's
     // Instead of the scene's: bounds of all bodies, their margin, number of frames.
     std::optional<BoundKind> bounds{};

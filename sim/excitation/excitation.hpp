@@ -17,15 +17,18 @@ struct TrajectoryResult {
     int frames = 0;         // number of frames passed to on_frame
     std::string failure{};  // empty: complete; otherwise one line, and the frames end at the last good one
     std::string start_fault{};  // empty, or one line: what overlaps at the start
+    std::string drawn_again{};  // empty, or one line: why its values are not those that were drawn first
+    bool can_improve = true;    // whether shorter steps may help where it failed
 };
 
 /// One frame of a trajectory.
 struct ExcitedFrame {
     double time;         // seconds since the start of the trajectory
-    const Nodes& x;      // tet nodes [N, 3], metres
+    const Nodes& x;      // tet nodes of the body [N, 3], metres
     int contacts;        // pressing contacts of all bodies in the last step
     int troubled;        // steps since the last frame, or the start, whose trouble spoils the pose
-    const World& world;  // body 0 is the trajectory's, body 1 the copy that is thrown at it, if there is one
+    const World& world;  // of an excitation: body 1 is the copy that is thrown at body 0, if there is one
+    int body = 0;        // whose trajectory it is
 };
 using OnFrame = std::function<void(const ExcitedFrame&)>;
 
