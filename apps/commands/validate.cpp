@@ -1,6 +1,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <iterator>
 #include <set>
@@ -70,12 +71,16 @@ class TemplateCheck {
     static constexpr int drawn = 4;
     static constexpr std::uint64_t seed = 1;
 
-    /// Each line once, with the first values that it came with.
+    /// Each line once, whatever numbers it has, with the first values that it came with.
     void add(const std::vector<std::string>& lines, const SceneValues& values, std::vector<std::string>& to) {
-        for (const std::string& line : lines)
-            if (told_.insert(line).second)
+        for (const std::string& line : lines) {
+            const std::size_t path = std::min(line.find(": "), line.size());
+            std::string what = line.substr(path);
+            std::erase_if(what, [](unsigned char c) { return std::isdigit(c) != 0 || c == '.'; });
+            if (told_.insert(line.substr(0, path) + what).second)
                 to.push_back(
                     fmt::format("{} (with {})", line.substr(0, line.find('\n')), values_text(values)));
+        }
     }
 
     /// Returns what intersects at the start; empty if nothing does.

@@ -213,6 +213,7 @@ void Producer::simulate(int index) {
             const std::scoped_lock lock(speaking_);
             if (!result.start_fault.empty()) overlaps_[index] = result.start_fault;
             if (!result.drawn_again.empty()) drawn_again_[index] = result.drawn_again;
+            if (!result.moved.empty()) moved_[index] = result.moved;
         }
         if (!failure.empty() && result.can_improve && attempt < plan_.attempts) {
             failed.push_back({{"steps_per_frame", steps}, {"failure", failure}});
@@ -236,6 +237,7 @@ void Producer::tell_starts() {
     };
     tell(overlaps_, "begin with an overlap");
     tell(drawn_again_, "were drawn again, as their starts intersect");
+    tell(moved_, "begin with bodies that were moved apart");
 }
 
 void Producer::make(int index, bool wait) {

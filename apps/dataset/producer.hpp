@@ -67,8 +67,9 @@ class Producer {
     Claims claims_;
     ProducerHooks hooks_;
     std::mutex speaking_, packing_;
-    // Of trajectories that were made here: overlaps at their starts, and why they were drawn again.
-    std::map<int, std::string> overlaps_, drawn_again_;
+    // Of trajectories that were made here: overlaps at their starts, why they were drawn again, and what was
+    // moved apart.
+    std::map<int, std::string> overlaps_, drawn_again_, moved_;
 };
 
 }  // namespace nbd

@@ -15,10 +15,13 @@
 namespace nbd {
 namespace {
 
-/// Why a world cannot start, after bodies were moved apart as the scene wants it; empty if it can.
-std::string why_no_start(const SceneSpec& spec, World& world) {
+/// Why a world cannot start, after bodies were moved apart as the scene wants it; empty if it can. moved:
+/// out, a line about each.
+std::string why_no_start(const SceneSpec& spec, World& world, std::vector<std::string>& moved) {
+    moved.clear();
     try {
-        move_apart(spec, world);
+        for (const StartMove& move : move_apart(spec, world))
+            moved.push_back(moved_text(body_labels(spec)[move.body], move));
     } catch (const std::invalid_argument& error) {
         return error.what();
     }
@@ -73,7 +76,7 @@ class SceneTrajectories::Started : public Trajectory {
             fmt::format("the start intersects with all of {} draws: {}", refused_.size(), refused_.back());
     }
 
-    std::string recipe() const override { return all_.recipe_text(index_, values_, refused_); }
+    std::string recipe() const override { return all_.recipe_text(index_, values_, refused_, moved_); }
     int steps_per_frame() const override { return refinement_ * time_.steps_per_frame; }
 
     TrajectoryResult run(const OnFrame& on_frame) override {
@@ -81,6 +84,7 @@ class SceneTrajectories::Started : public Trajectory {
         result.failure = failure_;
         if (!refused_.empty()) result.drawn_again = refused_.front();
         result.can_improve = world_.has_value();
+        if (!moved_.empty()) result.moved = moved_.front();
         if (!world_) return result;
         for (const StartFault& fault : start_faults(*world_, labels_))
             if (fault.overlaps && result.start_fault.empty()) result.start_fault = fault.text;
@@ -112,13 +116,13 @@ class SceneTrajectories::Started : public Trajectory {
         const bool resolves = std::exchange(spec.resolve_start, false);
         world_.emplace(build_world(spec, bodies));
         spec.resolve_start = resolves;
-        return why_no_start(spec, *world_);
+        return why_no_start(spec, *world_, moved_);
     }
 
     const SceneTrajectories& all_;
     int index_, refinement_;
     SceneValues values_;
-    std::vector<std::string> refused_, labels_;
+    std::vector<std::string> refused_, moved_, labels_;
     std::string failure_;
     SceneTime time_;
     std::optional<World> world_;
@@ -203,14 +207,16 @@ std::unique_ptr<Trajectory> SceneTrajectories::start(int index, int refinement) 
 }
 
 std::string SceneTrajectories::recipe(int index) const {
-    return recipe_text(index, scene_.draw(config_.seed, index), {});
+    return recipe_text(index, scene_.draw(config_.seed, index), {}, {});
 }
 
 std::string SceneTrajectories::recipe_text(int index, const SceneValues& values,
-                                           const std::vector<std::string>& refused) const {
+                                           const std::vector<std::string>& refused,
+                                           const std::vector<std::string>& moved) const {
     nlohmann::ordered_json json{{"kind", "scene"}, {"body", recorded(index)}, {"draw", refused.size()}};
     json["variables"] = nlohmann::ordered_json(values);
     if (!refused.empty()) json["refused_draws"] = refused;
+    if (!moved.empty()) json["moved_at_start"] = moved;
     return json.dump();
 }
 

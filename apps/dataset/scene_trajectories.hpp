@@ -58,8 +58,8 @@ class SceneTrajectories : public TrajectorySource {
     SceneSpec scene_of(const SceneValues& values) const;
     std::vector<LoadedBody> load(const SceneSpec& spec) const;
     int recorded(int index) const { return recorded_[index % recorded_.size()]; }
-    std::string recipe_text(int index, const SceneValues& values,
-                            const std::vector<std::string>& refused) const;
+    std::string recipe_text(int index, const SceneValues& values, const std::vector<std::string>& refused,
+                            const std::vector<std::string>& moved) const;
 
     SceneTemplate scene_;
     SceneDataset config_;

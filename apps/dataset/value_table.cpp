@@ -42,8 +42,7 @@ std::string value_table(const RecordingReader& dataset) {
         const nlohmann::json recipe = nlohmann::json::parse(info.recipe.str());
         auto& [draw, cells] = rows.emplace_back(recipe.value("draw", nlohmann::json(0)).dump(), Cells());
         const nlohmann::json values = recipe.value("variables", nlohmann::json::object());
-        for (const auto& [name, value] : values.items())
-            add_cells(name, value, cells);
+        for (const auto& [name, value] : values.items()) add_cells(name, value, cells);
         for (const auto& [name, cell] : cells) names.insert(name);
     }
     std::string text = "trajectory,drawn_again";

@@ -18,6 +18,7 @@ struct TrajectoryResult {
     std::string failure{};  // empty: complete; otherwise one line, and the frames end at the last good one
     std::string start_fault{};  // empty, or one line: what overlaps at the start
     std::string drawn_again{};  // empty, or one line: why its values are not those that were drawn first
+    std::string moved{};        // empty, or one line: what was moved apart at the start
     bool can_improve = true;    // whether shorter steps may help where it failed
 };
 

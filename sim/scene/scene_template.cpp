@@ -138,6 +138,16 @@ class ValueFiller {
     std::set<std::string> used_;
 };
 
+/// A value for messages, with four digits.
+std::string shown_briefly(const Json& value) {
+    if (value.is_number_float()) return fmt::format("{:.4g}", value.get<double>());
+    if (!value.is_structured()) return shortened(value.dump(), 60);
+    std::string text;
+    for (const auto& [key, member] : value.items())
+        text += (text.empty() ? "" : ", ") + (value.is_object() ? key + " " : "") + shown_briefly(member);
+    return value.is_object() ? text : "[" + text + "]";
+}
+
 Json template_json(std::string_view text) { return parse_json(without_comments(text)); }
 
 }  // namespace
@@ -232,7 +242,7 @@ void set_values(const SceneTemplate& scene, const std::vector<std::string>& sett
 std::string values_text(const SceneValues& values) {
     std::string text;
     for (const auto& [name, value] : values.items())
-        text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name, shortened(value.dump(), 60));
+        text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name, shown_briefly(value));
     return text;
 }
 

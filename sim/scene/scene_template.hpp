@@ -51,8 +51,8 @@ std::vector<SceneVariable> read_variables(JsonObject& from);
 /// Values of all variables: a JSON object with their names.
 using SceneValues = nlohmann::json;
 
-/// A scene in which {"var": "name"} stands for the value of a variable, anywhere in its `times` fold and
-/// moved by `plus`. With values it is a scene as others.
+/// A scene in which {"var": "name"} stands for the value of a variable, times `times` and plus `plus` where
+/// they stand beside it. With values it is a scene as others.
 class SceneTemplate {
  public:
     /// Reads a scene with `variables`. problems: gets one line, JSON path first, for each thing that is wrong
@@ -94,7 +94,7 @@ SceneTemplate load_template(const std::filesystem::path& path);
 /// an unknown name or one that occurs twice.
 void set_values(const SceneTemplate& scene, const std::vector<std::string>& settings, SceneValues& values);
 
-/// The values in one line, for messages: "size 0.031, ball "a.obj"".
+/// The values in one line, for messages, with four digits: size 0.031, ball "a.obj".
 std::string values_text(const SceneValues& values);
 
 /// Whether {"var": ...} stands anywhere in a value.

@@ -14,6 +14,7 @@ void bind_features(pybind11::module_& module);    // features that may meet in a
 void bind_worlds(pybind11::module_& module);      // worlds and what their steps report
 void bind_recordings(pybind11::module_& module);  // recordings, read and written
 void bind_datasets(pybind11::module_& module);    // make_dataset
+void bind_templates(pybind11::module_& module);   // scenes with variables and their datasets
 void bind_training(pybind11::module_& module);    // tree files, training, what bounds cost and miss
 
 /// Makes what pybind11 leaves to chance an error, in the classes and functions that were added: objects made

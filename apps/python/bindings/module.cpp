@@ -56,6 +56,7 @@ PYBIND11_MODULE(_nbdtree, module) {
     bind_worlds(module);
     bind_recordings(module);
     bind_datasets(module);
+    bind_templates(module);
     bind_training(module);
     guard(module);
     py::module_::import("atexit").attr("register")(py::cpp_function([] {
