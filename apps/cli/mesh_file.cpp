@@ -128,9 +128,9 @@ Body body_of_tets(const std::filesystem::path& path, const MeshFileConfig& confi
         if (config.rigid) {
             body.material = mean_material(body);
             body_surface = std::move(body.surface);
-            body_surface.X *= config.scale;
+            body_surface.X = config.sized(body_surface.X);
         }
-        origin = config.scale * body.origin;
+        origin = config.sized(body.origin.transpose()).transpose();
         tets = std::move(body.tets);
         material = body.material;
         regions = std::move(body.regions);
@@ -138,7 +138,7 @@ Body body_of_tets(const std::filesystem::path& path, const MeshFileConfig& confi
         tets = read_tets(path, &notes, &groups);
     }
     for (const std::string& note : notes) out.text(note);
-    tets.X *= config.scale;
+    tets.X = config.sized(tets.X);
     out.work("making the body");
     if (groups.size() > max_regions) {
         out.text(fmt::format("{} groups of tetrahedra are left out; regions of material: at most {}",
@@ -170,7 +170,7 @@ Body body_of_tets(const std::filesystem::path& path, const MeshFileConfig& confi
 MeshedFile body_of_surface(const std::filesystem::path& path, const MeshFileConfig& config,
                            const Output& out) {
     TriMesh surface = surface_of(path, config.cage == 0 && config.inside.empty(), out);
-    surface.X *= config.scale;
+    surface.X = config.sized(surface.X);
     const Nodes scaled = surface.X;
     const Eigen::Index faces = surface.F.rows();
     WeldReport weld;

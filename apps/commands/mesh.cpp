@@ -20,13 +20,15 @@
 #include "meshing/tets/tet_quality.hpp"
 #include "sim/fem/bending_error.hpp"
 #include "sim/json/nearest_name.hpp"
+#include "sim/scene/length_unit.hpp"
 
 namespace nbd {
 namespace {
 
 struct MeshArguments {
-    std::string input, output, scheme = "midpoint", law{name(MaterialLaw::corotated)}, elements;
+    std::string input, output, scheme = "midpoint", law{name(MaterialLaw::corotated)}, elements, units = "m";
     std::vector<std::string> regions;
+    std::vector<double> stretch;  // three factors, or none
     MeshFileConfig config;
     std::function<void()> check_options{};  // refuses those that the input takes no notice of
 };
@@ -113,6 +115,9 @@ void run(const MeshArguments& arguments, Output& out) {
     check_output(arguments.output, {arguments.input, arguments.config.inside}, ".h5");
     MeshFileConfig config = arguments.config;
     config.material.law = *material_law(arguments.law);
+    config.scale *= metres_in(arguments.units);
+    if (!arguments.stretch.empty())
+        config.stretch = {arguments.stretch[0], arguments.stretch[1], arguments.stretch[2]};
     for (const std::string& text : arguments.regions) {
         const auto [group, change] = parse_region(text);
         if (!config.regions.emplace(group, change).second)
@@ -277,6 +282,14 @@ void add_mesh(CLI::App& app, Output& out) {
         .add_option("--scale", config.scale,
                     "Factor of all coordinates: 0.001 for a file in millimetres, as bodies are in metres")
         ->capture_default_str()
+        ->check(between(least_constant, max_constant));
+    command.add_option("--units", arguments.units, "Unit of the file's coordinates, beside --scale")
+        ->capture_default_str()
+        ->check(one_of(length_unit_names()));
+    command
+        .add_option("--stretch", arguments.stretch, "Further factors of the coordinates, along x, y and z")
+        ->expected(3)
+        ->type_name("X Y Z")
         ->check(between(least_constant, max_constant));
     CLI::Option* elements =
         command

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "meshing/body/material.hpp"
+#include "sim/scene/length_unit.hpp"
 #include "sim/scene/read_parts.hpp"
 
 namespace nbd {
@@ -62,7 +63,11 @@ SceneMeshing read_meshing(JsonObject from, BodySource source) {
     meshing.rigid = elements == "rigid";
     if (from.has("elements") && !meshing.rigid)
         meshing.elements = elements == "linear" ? Elements::linear : Elements::quadratic;
-    meshing.scale = from.number("scale", meshing.scale, positive_number);
+    meshing.scale = from.number("scale", meshing.scale, positive_number) *
+                    metres_in(from.choice("units", "m", length_unit_names()));
+    meshing.stretch = from.vector("stretch", meshing.stretch);
+    if (!(meshing.stretch.minCoeff() >= least_constant && meshing.stretch.maxCoeff() <= max_constant))
+        from.problem("stretch", "must be three numbers between 1e-30 and 1e30");
     meshing.weld = from.number("weld", meshing.weld, not_negative);
     meshing.levels = from.integer("subdivide", 0, {0, 4, "between 0 and 4"});
     if (from.choice("subdivision", "midpoint", {"midpoint", "loop"}) == "loop")

@@ -69,10 +69,14 @@ struct SceneMeshing {
     double edge = 0;                     // of tetrahedra at the surface, metres; 0: the surface's own
     std::optional<Elements> elements{};  // empty: as in the file; linear ones in a surface
     bool rigid = false;                  // see make_rigid_body()
-    double scale = 1;                    // of the file's coordinates
-    double weld = 0;                     // metres, see weld_within(); 0: not
-    int levels = 0;                      // subdivision levels
+    double scale = 1;                    // of the file's coordinates, which its units are part of
+    Eigen::Vector3d stretch = Eigen::Vector3d::Ones();  // further factors along x, y and z
+    double weld = 0;                                    // metres, see weld_within(); 0: not
+    int levels = 0;                                     // subdivision levels
     SubdivisionScheme scheme = SubdivisionScheme::midpoint;
+
+    /// Positions of the file in metres, scaled and stretched. X: [n, 3].
+    Nodes sized(const Nodes& X) const { return X * (scale * stretch).asDiagonal(); }
 };
 
 struct SceneBody {

@@ -149,7 +149,7 @@ TEST_F(TemplateTest, TellsValuesInATable) {
 TEST_F(TemplateTest, SplitsByAVariable) {
     const std::string card = bytes("whole/data.shards/README.md");
     EXPECT_NE(card.find("whose `variables.size` is at least 1.0;"), std::string::npos) << card;
-    EXPECT_EQ(error(command("none", "", "7..")).substr(0, 71),
+    EXPECT_EQ(error(command("none", "", "7..")).substr(0, 70),
               "nbdtree: error: hold-out rule \"variables.size=7..\" holds out 0 of 7 tr");
 }
 
@@ -306,6 +306,40 @@ TEST_F(TemplateTest, ValidateChecksRangesAndDraws) {
     const Ran under = run("validate under.json");
     EXPECT_EQ(under.out.substr(0, 69),
               "under.json: the start intersects in all of 4 trajectories, the first ");
+}
+
+TEST_F(TemplateTest, MeshesFilesInUnitsAndStretched) {
+    make("mesh box.obj -o sized.h5 -q --units cm --scale 2 --stretch 1 2 0.5");
+    const Body plain = load_body(folder() / "box.h5"), sized = load_body(folder() / "sized.h5");
+    const auto extent = [](const Body& body) -> Eigen::RowVector3d {
+        return body.tets.X.colwise().maxCoeff() - body.tets.X.colwise().minCoeff();
+    };
+    EXPECT_TRUE(
+        extent(sized).isApprox(extent(plain).cwiseProduct(Eigen::RowVector3d(0.02, 0.04, 0.01)), 1e-6));
+    make("mesh box.h5 -o again.h5 -q --units mm --stretch 3 1 1");
+    EXPECT_TRUE(load_body(folder() / "again.h5")
+                    .tets.X.isApprox(plain.tets.X * Eigen::Vector3d(3e-3, 1e-3, 1e-3).asDiagonal(), 1e-14));
+}
+
+TEST(PileTemplate, GivesPosesOfAllItsBlocks) {
+    const TemporaryFolder folder;
+    const Ran ran =
+        run(folder / "", "dataset " NBD_ASSETS
+                         "/scenes/templates/pile.json -o pile.h5 --trajectories 4 --frames 12 --json");
+    ASSERT_EQ(ran.status, 0) << ran.err;
+    const json said = json::parse(ran.out);
+    EXPECT_EQ(said["failed"], 0);
+    EXPECT_EQ(said["frames"], 48);
+    EXPECT_GT(said["variety"]["frames_in_contact"], 12);
+    const RecordingReader recording(folder / "pile.h5");
+    for (int i = 0; i < 4; ++i) {
+        Vertices first, last;
+        recording.read(i, 0, 1, first);
+        recording.read(i, 11, 1, last);
+        EXPECT_GT(last.col(2).minCoeff(), -1e-4) << i;
+        EXPECT_LT(last.col(2).mean(), first.col(2).mean()) << i;
+        EXPECT_EQ(json::parse(recording.trajectories()[i].recipe.str())["body"], i % 3);
+    }
 }
 
 TEST(GraspTemplate, LiftsEggsOfAllSizes) {

@@ -338,6 +338,26 @@ TEST(Scene, ReportsEveryProblemAtOnce) {
     EXPECT_EQ(reading.spec.bodies.size(), 3u);
 }
 
+TEST(Scene, SizesFilesByUnitsScaleAndStretch) {
+    const auto meshing = [](const std::string& keys) {
+        return R"({"bodies": [{"surface": "a.obj", "meshing": {)" + keys + "}}]}";
+    };
+    const auto sized = [&](const std::string& keys) -> Eigen::RowVector3d {
+        return parse_scene(meshing(keys), "").bodies[0].meshing.sized(Nodes::Constant(1, 3, 10));
+    };
+    EXPECT_TRUE(sized(R"("units": "mm")").isApprox(Eigen::RowVector3d(0.01, 0.01, 0.01), 1e-14));
+    EXPECT_TRUE(sized(R"("units": "in", "scale": 2, "stretch": [1, 2, 0.5])")
+                    .isApprox(Eigen::RowVector3d(0.508, 1.016, 0.254), 1e-14));
+    EXPECT_EQ(sized(R"("scale": 1)"), Eigen::RowVector3d(10, 10, 10));
+    EXPECT_EQ(
+        complaint(meshing(R"("units": "mmm")")),
+        R"(bodies[0].meshing.units: is "mmm", but must be m, cm, mm, um, in or ft; the nearest is "mm")");
+    EXPECT_EQ(complaint(meshing(R"("stretch": [1, 0, 1])")),
+              "bodies[0].meshing.stretch: must be three numbers between 1e-30 and 1e30");
+    EXPECT_EQ(complaint(meshing(R"("stretch": 2)")),
+              "bodies[0].meshing.stretch: must be three numbers, not 2");
+}
+
 TEST(Scene, NamesAnUnreadableFileAndTheReason) {
     EXPECT_EQ(test::error_of<std::runtime_error>([] { load_scene("/nowhere/scene.json"); }),
               "/nowhere/scene.json: no such file");
