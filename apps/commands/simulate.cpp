@@ -27,6 +27,11 @@ void add_scene_options(CLI::App& command, SimulateOptions& options) {
         ->check(seed_check());
     command
         .add_option(
+            "--draw", options.draw.again,
+            "Of a scene with variables: how often the values are drawn again, as a dataset's recipe has it")
+        ->check(not_negative_whole());
+    command
+        .add_option(
             "--set", options.draw.set,
             "Of a scene with variables: NAME=VALUE, a value instead of the drawn one; may be repeated")
         ->type_name("NAME=VALUE")

@@ -7,8 +7,10 @@
 #include <stdexcept>
 #include <utility>
 
+#include "collision/base/notice.hpp"
 #include "meshing/body/rigid_body.hpp"
 #include "meshing/h5/sha256.hpp"
+#include "sim/scene/build_world.hpp"
 #include "sim/scene/scene_check.hpp"
 #include "sim/world/start_check.hpp"
 
@@ -107,6 +109,7 @@ class SceneTrajectories::Started : public Trajectory {
  private:
     /// Builds the world of the values. Returns why it cannot start.
     std::string begin() {
+        const NoNotices told;
         SceneSpec spec = all_.scene_of(values_);
         std::vector<LoadedBody> bodies = all_.load(spec);
         make_trees(spec, bodies);
@@ -130,7 +133,10 @@ class SceneTrajectories::Started : public Trajectory {
 
 SceneTrajectories::SceneTrajectories(SceneTemplate scene, const SceneDataset& config)
     : scene_(std::move(scene)), config_(config) {
+    // What would be noticed in every trajectory is told here, once.
     const SceneSpec first = scene_of(scene_.draw(config.seed, 0));
+    for (const SceneObstacle& obstacle : first.obstacles) make_obstacle(obstacle);
+    const NoNotices told;
     find_recorded(first);
     std::set<std::filesystem::path> inputs;
     std::vector<SceneValues> all = scene_.extremes(config.seed);

@@ -11,8 +11,8 @@ namespace nbd {
 namespace {
 
 SceneValues values_of(const SceneTemplate& scene, const SceneDraw& draw) {
-    SceneValues values =
-        draw.trajectory ? scene.draw(draw.seed.value_or(1), *draw.trajectory) : SceneValues::object();
+    SceneValues values = draw.trajectory ? scene.draw(draw.seed.value_or(1), *draw.trajectory, draw.again)
+                                         : SceneValues::object();
     set_values(scene, draw.set, values);
     std::string missing;
     for (const SceneVariable& variable : scene.variables())
@@ -39,7 +39,7 @@ SceneSpec load_scene(const std::filesystem::path& path, const SceneDraw& draw, c
         }
         if (draw.is_given())
             throw std::invalid_argument(
-                "has no variables; allowed: --trajectory, --seed and --set for a scene with \"variables\"");
+                "has no variables; allowed: --trajectory, --seed, --draw and --set for a scene with \"variables\"");
     } catch (const std::invalid_argument& error) {
         throw std::invalid_argument(fmt::format("{}: {}", path.string(), error.what()));
     }

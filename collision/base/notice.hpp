@@ -15,4 +15,13 @@ void set_notice_handler(NoticeHandler handler) noexcept;
 /// Passes a line to the handler.
 void notice(std::string_view line) noexcept;
 
+/// While alive, drops the notices of its thread, for work that repeats what has been told.
+class NoNotices {
+ public:
+    NoNotices() noexcept;
+    ~NoNotices();
+    NoNotices(const NoNotices&) = delete;
+    NoNotices& operator=(const NoNotices&) = delete;
+};
+
 }  // namespace nbd
