@@ -80,8 +80,6 @@ const nlohmann::json* JsonObject::find(const std::string& key) {
 
 void JsonObject::gone(const std::string& key, const std::string& instead) { gone_[key] = instead; }
 
-void JsonObject::other_name(const std::string& word, const std::string& key) { other_names_[word] = key; }
-
 const nlohmann::json* JsonObject::raw(const std::string& key, const std::string& type) {
     return find({.object = {}, .key = key, .type = type});
 }
@@ -274,11 +272,8 @@ void JsonObject::finish() {
             problem(key, fmt::format("is gone; write \"{}\"", found->second));
             continue;
         }
-        const auto meant = other_names_.find(key);
         note(fmt::format("{}unknown key {}{}", path_.empty() ? "" : path_ + ": ", shown(nlohmann::json(key)),
-                         meant != other_names_.end()
-                             ? fmt::format("; write \"{}\"", meant->second)
-                             : nearest_hint(key, known_, "; the nearest known one is \"{}\"")));
+                         nearest_hint(key, known_, "; the nearest known one is \"{}\"")));
     }
 }
 

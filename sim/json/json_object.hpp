@@ -52,8 +52,6 @@ class JsonObject {
 
     /// Declares a key that is gone, and the key to write instead, which finish() names.
     void gone(const std::string& key, const std::string& instead);
-    /// Declares what others call a key, as "E" for "young": finish() names the key to write.
-    void other_name(const std::string& word, const std::string& key);
 
     bool has(const std::string& key);
     /// Like has(), but a missing key is a problem.
@@ -108,7 +106,6 @@ class JsonObject {
     JsonReading* reading_;
     std::vector<std::string> known_;
     std::map<std::string, std::string> gone_;  // key to write instead
-    std::map<std::string, std::string> other_names_;
 };
 
 }  // namespace nbd

@@ -18,8 +18,6 @@ SceneGrip read_grip(JsonObject& from) {
 /// Of a region, which has no damping of its own.
 MaterialChange read_elasticity(JsonObject& from) {
     MaterialChange material;
-    for (const auto& [word, key] : {std::pair("E", "young"), {"nu", "poisson"}, {"rho", "density"}})
-        from.other_name(word, key);
     std::vector<std::string> laws;
     for (const MaterialLaw law : material_laws) laws.emplace_back(name(law));
     material.law = material_law(from.choice("law", "", laws));

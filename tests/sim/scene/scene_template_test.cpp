@@ -214,15 +214,5 @@ TEST(SceneComments, AreLeftOut) {
     EXPECT_EQ(test::complaint("{ /* a\n b */ \"bodies\" 1}").substr(0, 18), "line 2, column 16:");
 }
 
-TEST(Scene, NamesTheKeyThatOthersCallE) {
-    EXPECT_EQ(test::complaint(with(R"("material": {"E": 1e6})")),
-              R"(bodies[0].material: unknown key "E"; write "young")");
-    EXPECT_EQ(test::complaint(with(R"("material": {"nu": 0.3})")),
-              R"(bodies[0].material: unknown key "nu"; write "poisson")");
-    EXPECT_EQ(test::complaint(
-                  with(R"("regions": [{"region": {"sphere": {"radius": 1}}, "material": {"rho": 1e3}}])")),
-              R"(bodies[0].regions[0].material: unknown key "rho"; write "density")");
-}
-
 }  // namespace
 }  // namespace nbd
