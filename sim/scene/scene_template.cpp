@@ -97,7 +97,8 @@ class ValueFiller {
         const std::string name = from.text("var", "");
         const auto found = values_.find(name);
         const bool is_number = found != values_.end() && found->is_number(),
-                   is_vector = found != values_.end() && found->is_array();
+                   is_vector = found != values_.end() && found->is_array() && found->size() == 3 &&
+                               std::ranges::all_of(*found, [](const Json&c) { return c.is_number(); });
         if (found == values_.end())
             from.problem("var", fmt::format("is {}, which is no variable{}", shortened(Json(name).dump(), 60),
                                             nearest_hint(name, names_, "; the nearest is \"{}\"")));
@@ -105,8 +106,9 @@ class ValueFiller {
         const bool is_moved = from.has("times") || from.has("plus");
         if (is_moved && found != values_.end() && !is_number && !is_vector)
             from.problem(
-                "", fmt::format("\"times\" and \"plus\" are for numbers and vectors, but \"{}\" is {}", name,
-                                shortened(found->dump(), 60)));
+                "",
+                fmt::format("\"times\" and \"plus\" are for numbers and vectors of three, but \"{}\" is {}",
+                            name, shortened(found->dump(), 60)));
         Json result = found != values_.end() ? *found : Json(0);
         if (is_number && is_moved) result = moved_number(from, *found);
         if (is_vector && is_moved) result = moved_vector(from, *found);

@@ -187,7 +187,15 @@ TEST(SceneTemplate, RefusesWhatIsWrongInOneLine) {
               (std::vector<std::string>{
                   R"(bodies[0].velocity[2]: unknown key "time"; the nearest known one is "times")"}));
     EXPECT_EQ(problems_of(R"({"name": "f", "choice": ["a"]})", R"("name": {"var": "f", "times": 2})").front(),
-              R"(bodies[0].name: "times" and "plus" are for numbers and vectors, but "f" is "a")");
+              R"(bodies[0].name: "times" and "plus" are for numbers and vectors of three, but "f" is "a")");
+    const SceneTemplate moved =
+        made(R"({"name": "x", "uniform": [0, 1]})", R"("margin": {"var": "x", "times": 2})");
+    for (const char* value : {"[1]", "[1, 2, 3, 4]", R"([1, "a", 3])", R"({"a": 1})"})
+        EXPECT_TRUE(
+            test::refusal([&] {
+                (void)moved.text_with({{"x", nlohmann::json::parse(value)}});
+            }).starts_with("bodies[0].margin: \"times\" and \"plus\" are for numbers and vectors of three"))
+            << value;
 }
 
 TEST(SceneTemplate, IsNoSceneUntilValuesAreDrawn) {
