@@ -162,6 +162,9 @@ void RunLoop::make_frame() {
 /// Takes down what went wrong in a step, and whether it ends the run.
 void RunLoop::note(const WorldReport& report) {
     failure_ = report.failure;
+    if (spec_.time.statics && report.substeps > 1 && failure_.empty())
+        out_.warning(fmt::format("the increment to {:.6g} of the load was taken in {} parts, {}", report.time,
+                                 report.substeps, report.rejection));
     if (trouble_.empty() && report.trouble != StepTrouble::inverted) trouble_ = report.trouble_reason;
     if (out_.strict && failure_.empty()) failure_ = report.trouble_reason;
     if (report.fallback.empty() || factorised_++ > 0) return;
@@ -194,8 +197,8 @@ void RunLoop::end() {
                  output_us_ / std::max(frames_made_, 1), out_);
     if (page_) end_page(stopped);
     if (!failure_.empty())
-        throw std::runtime_error(
-            fmt::format("{}: stopped at {:.4g} s: {}", options_.scene, world_->time(), failure_));
+        throw std::runtime_error(fmt::format("{}: stopped at {:.4g} {}: {}", options_.scene, world_->time(),
+                                             spec_.time.statics ? "of the load" : "s", failure_));
     if (stopped)
         throw Interrupted(fmt::format("{} holds the {} of {} frames done; {}", paths_.recording.string(),
                                       frame_.number, spec_.time.frames, how_to_continue()));

@@ -75,6 +75,7 @@ struct StepMotion {
 enum class Tangent {
     rotated,  // all but the derivative of the rotation
     full,     // all, without negative eigenvalues
+    exact,    // all: the matrix of a body that is about to buckle is not positive definite
 };
 
 /// Gradients of the shape functions of a tetrahedron's nodes at a point, 1/m.

@@ -249,7 +249,7 @@ void ElasticBody::principal_batch(NodesRef x, int batch, const StepMotion* motio
     PrincipalResponse response = respond(moduli, stretches.sigma);
     P = turned_back(stretches, response.stress);
     for (Lanes& entry : P.entries) entry *= -volume;
-    response.project();
+    if (tangent != Tangent::exact) response.project();
     if (tangent == Tangent::rotated)
         for (int l = 0; l < lanes; ++l)
             if (moduli.law[l] == MaterialLaw::corotated)

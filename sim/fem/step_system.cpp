@@ -8,6 +8,20 @@
 #include <utility>
 
 namespace nbd {
+namespace {
+
+/// How a body resists motion in a step: the share of its mass that does, and its Rayleigh coefficients.
+struct Resistance {
+    double inertia, drag, damping_time;  // 1, 1/s, s
+};
+
+Resistance resistance(const ElasticBody& body, const StepStart& start) noexcept {
+    if (start.static_mass) return {.inertia = *start.static_mass, .drag = 0, .damping_time = 0};
+    const Material& material = body.material();
+    return {.inertia = 1, .drag = material.rayleigh_mass, .damping_time = material.rayleigh_stiffness};
+}
+
+}  // namespace
 
 StepSystem::StepSystem(const ElasticBody& body)
     : body_(body),
@@ -39,18 +53,20 @@ void StepSystem::assemble(const StepStart& start, const TimeStep& step, const Lo
 
     const Nodes iterate = w.rows() > 0 ? w : Nodes(start.v / c);
     x_ = start.x + dt * iterate;
-    const double damping = c / dt * body_.material().rayleigh_stiffness;
+    const auto [inertia, drag, damping_time] = resistance(body_, start);
+    const double damping = c / dt * damping_time;
     const StepMotion motion{iterate, dt, step.strain_rate_at(), damping};
     body_.pose(x_, elements_, forces_, tangent, &motion);
     body_.sum_forces(forces_, impulse_);
-    mass_scale_ = c * c * (1 + dt * body_.material().rayleigh_mass);
+    mass_scale_ = c * c * inertia * (1 + dt * drag);
     elastic_scale_ = dt * dt;
     stiffness_scale_ = elastic_scale_ * (1 + damping);
     body_.combine(mass_scale_, elastic_scale_, elements_, A_);
 
     if (loads.forces.rows() > 0) impulse_ += dt * loads.forces;
     Eigen::Map<Nodes> b(b_.data(), body_.node_count(), 3);
-    b = c * body_.mass_product(start.v) + body_.node_masses() * (dt * loads.gravity.transpose()) + impulse_;
+    b = c * inertia * body_.mass_product(start.v) + body_.node_masses() * (dt * loads.gravity.transpose()) +
+        impulse_;
     if (start.impulses.rows() > 0) b += c * start.impulses;
     double squared = 0, held_squared = 0;
     for (int i = 0; i < body_.node_count(); ++i) {
@@ -138,37 +154,37 @@ void StepSystem::prescribe(const PrescribedNodes& prescribed) {
 }
 
 double StepPotential::value(const Nodes& v) {
-    const Material& material = body_.material();
+    const auto [inertia, drag, damping_time] = resistance(body_, start_);
     const auto [dt, c] = step_;
     const Eigen::VectorXd& masses = body_.node_masses();
     const Nodes change = c * v - start_.v;
     Nodes product = body_.mass_product(change);
-    double sum = 0.5 * product.cwiseProduct(change).sum();
+    double sum = 0.5 * inertia * product.cwiseProduct(change).sum();
     product = body_.mass_product(v);
-    sum += 0.5 * c * c * dt * material.rayleigh_mass * product.cwiseProduct(v).sum();
+    sum += 0.5 * c * c * dt * inertia * drag * product.cwiseProduct(v).sum();
     // Relative to the start, so that the speed of a body does not drown what changes.
     const Nodes relative = v - start_.v;
     sum -= dt * (relative.transpose() * masses).dot(loads_.gravity);
     if (loads_.forces.rows() > 0) sum -= dt * loads_.forces.cwiseProduct(relative).sum();
     if (start_.impulses.rows() > 0) sum -= c * start_.impulses.cwiseProduct(relative).sum();
     body_.damping_product(damping_, v, forces_, product);
-    sum += 0.5 * c * dt * material.rayleigh_stiffness * product.cwiseProduct(v).sum();
+    sum += 0.5 * c * dt * damping_time * product.cwiseProduct(v).sum();
     const Nodes x = start_.x + dt * v;
     return sum + (body_.is_rigid() ? body_.energy_by_linear_strain(damping_, x) : body_.measure(x).energy);
 }
 
 Nodes StepPotential::gradient(const Nodes& v) {
-    const Material& material = body_.material();
+    const auto [inertia, drag, damping_time] = resistance(body_, start_);
     const auto [dt, c] = step_;
-    Nodes inertia = body_.mass_product(c * c * (1 + dt * material.rayleigh_mass) * v - c * start_.v -
-                                       (dt * loads_.gravity.transpose()).replicate(v.rows(), 1));
-    if (start_.impulses.rows() > 0) inertia -= c * start_.impulses;
+    Nodes change = body_.mass_product(inertia * (c * c * (1 + dt * drag) * v - c * start_.v) -
+                                      (dt * loads_.gravity.transpose()).replicate(v.rows(), 1));
+    if (start_.impulses.rows() > 0) change -= c * start_.impulses;
     Nodes damping(v.rows(), 3), force(v.rows(), 3);
     body_.damping_product(damping_, v, forces_, damping);
     body_.pose(start_.x + dt * v, end_, forces_);
     body_.sum_forces(forces_, force);
     if (loads_.forces.rows() > 0) force += loads_.forces;
-    return inertia + dt * (c * material.rayleigh_stiffness * damping - force);
+    return change + dt * (c * damping_time * damping - force);
 }
 
 void CoupledSystem::multiply(const Eigen::VectorXd& v, Eigen::VectorXd& out) const {

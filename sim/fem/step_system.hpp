@@ -26,11 +26,12 @@ struct PrescribedNodes {
 ///   A = c^2 (1 + dt alpha) M + dt^2 K(x) + c dt beta D
 ///   b = c M v* + dt (f(x) + M g + f_outer) + dt^2 K(x) w
 ///
-/// linearised at the iterate w, where x = x* + dt w; alpha and beta are the Rayleigh coefficients. Impulses
-/// that are added to b act on the body with a share of 1 / c. D damps strain rates as K resists strains, and
-/// leaves rotations alone, see StepMotion. For backward Euler the first w is v*, which accounts for the
-/// body's rotation over the step; linearised at x*, a spinning body would gain energy. Using the last
-/// solution as w gives Newton's method, with K as its only approximation (see ElasticBody).
+/// linearised at the iterate w, where x = x* + dt w; alpha and beta are the Rayleigh coefficients. In a
+/// static solve a share of the mass resists, see StepStart, and alpha and beta are 0. Impulses that are added
+/// to b act on the body with a share of 1 / c. D damps strain rates as K resists strains, and leaves
+/// rotations alone, see StepMotion. For backward Euler the first w is v*, which accounts for the body's
+/// rotation over the step; linearised at x*, a spinning body would gain energy. Using the last solution as w
+/// gives Newton's method, with K as its only approximation (see ElasticBody).
 ///
 /// Call assemble(), then prescribe(), then multiply() any number of times. CoupledSolver solves the systems
 /// of several bodies together.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <utility>
 
 #include "meshing/surface/mesh.hpp"
@@ -14,6 +15,9 @@ struct BodyState {
 /// Where a step starts: x*, and v* = v + M^-1 impulses, kept apart as M is not diagonal in all bodies.
 struct StepStart : BodyState {
     Nodes impulses{};  // [N, 3] N s, or empty for none
+    // Of a static solve: the share of the mass that resists a change of v. Nothing is damped then. None: a
+    // step in time.
+    std::optional<double> static_mass{};
 
     StepStart() = default;
     explicit StepStart(BodyState state) : BodyState(std::move(state)) {}

@@ -377,6 +377,7 @@ World build_world(const SceneSpec& given, std::span<const LoadedBody> bodies, st
                  .gravity_keys = spec.gravity_keys,
                  .contact = spec.contact,
                  .step = spec.step,
+                 .statics = spec.time.statics,
                  .origin = *spec.origin});
     std::vector<std::shared_ptr<const ElasticBody>> elastic(bodies.size());
     std::vector<BodyMaterials> materials(bodies.size());
@@ -389,7 +390,9 @@ World build_world(const SceneSpec& given, std::span<const LoadedBody> bodies, st
                     materials[a] == materials[b])
                     elastic[b] = elastic[a];
             if (!elastic[b]) elastic[b] = scene_elastic(spec.bodies[b], bodies[b], materials[b]);
-            world.add_body(make_world_body(spec.bodies[b], bodies[b], elastic[b]));
+            WorldBody body = make_world_body(spec.bodies[b], bodies[b], elastic[b]);
+            body.name = body_labels(spec)[b];
+            world.add_body(std::move(body));
         });
     for (std::size_t o = 0; o < spec.obstacles.size(); ++o) {
         try {

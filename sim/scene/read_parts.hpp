@@ -59,6 +59,11 @@ class SceneNames {
 /// A number by keyframes: pairs of a time and a value.
 Keyed<double> read_keyed(JsonObject& from, const char* key);
 
+/// Reads `time` of a scene whose bodies come to balance, with its key `static`.
+SceneTime read_static_time(JsonObject& from);
+/// Makes a problem of each key of such a scene that has to do with motion.
+void refuse_motion(const nlohmann::json& scene, JsonReading& reading);
+
 std::vector<SceneJoint> read_joints(JsonObject& from, const SceneSpec& spec);
 
 }  // namespace nbd

@@ -69,6 +69,7 @@ ContactConfig read_contact(JsonObject from, SceneSpec& spec) {
 
 SceneTime read_time(JsonObject from) {
     SceneTime time;
+    if (from.has("static")) return read_static_time(from);
     time.dt = from.number("dt", time.dt, {1e-7, 1, "between 1e-7 and 1"});
     time.frames = from.integer("frames", time.frames, {1, 1e6, "between 1 and 1000000"});
     time.steps_per_frame =
@@ -134,6 +135,7 @@ SceneReading read_scene(std::string_view text, const std::filesystem::path& base
     spec.contact = read_contact(from.object("contact"), spec);
     spec.step = read_solver(from.object("solver"));
     spec.time = read_time(from.object("time"));
+    if (spec.time.statics) refuse_motion(json, reading);
     spec.output = read_output(from.object("output"));
     spec.seed = from.integer("seed", 0, {0, 9e15, "between 0 and 9e15"});
     from.finish();

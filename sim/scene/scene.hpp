@@ -121,6 +121,8 @@ struct SceneTime {
     double dt = 5e-3;  // step length, seconds
     int frames = 100;
     int steps_per_frame = 2;
+    // Balance instead of motion; dt is the share of the load that a frame adds, then.
+    std::optional<StaticConfig> statics{};
 };
 
 /// Output files of a run; an empty path is not written. The recording is relative to the working directory,

@@ -77,6 +77,7 @@ void World::find_bonds(double dt, const Eigen::VectorXd& v) {
         terms.add(bonds_[k], first_unknown_);
         Bond& bond = bonds_[k];
         bond.difference -= dt * terms.velocity(k, v);
+        if (config_.statics) bond.law.damping = 0;
         if (bond.is_spring) continue;
         bond.law.stiffness *= step_.velocity_factor;  // so that its whole impulse acts
         bond.law.damping *= step_.velocity_factor;

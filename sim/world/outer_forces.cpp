@@ -6,7 +6,7 @@
 namespace nbd {
 
 Eigen::Vector3d World::gravity_at(double time) const {
-    return config_.gravity_keys.at(time, config_.gravity);
+    return config_.gravity_keys.at(time, load_share(time) * config_.gravity);
 }
 
 /// Forces on the nodes of a body at the positions x, [N, 3] newtons. factor_of: of a load.
@@ -19,7 +19,8 @@ Nodes World::outer_forces(const Body& body, const Nodes& x,
 
 /// At the end of the part, of the length dt.
 Nodes World::end_forces(const Body& body, const Nodes& x, double dt) const {
-    return outer_forces(body, x, [&](const Keyed<double>& factor) { return factor.at(time_ + dt, 1); });
+    return outer_forces(
+        body, x, [&](const Keyed<double>& factor) { return factor.at(time_ + dt, load_share(time_ + dt)); });
 }
 
 /// What acts with the weights of the rates before the part: a load that changes in time as its value now and
@@ -49,11 +50,12 @@ double World::excess_work(const Body& body, const Nodes& from, const Nodes& to) 
     if (std::ranges::none_of(body.loads, [](const LoadForces& one) { return one.load().follows(); }))
         return 0;
     const Nodes way = step_.dt * (to - from);
+    const double end = time_ + step_.dt;
     const auto work_at = [&](double share) {
         const Nodes x = body.start.x + step_.dt * from + share * way;
         Nodes forces = Nodes::Zero(x.rows(), 3);
         for (const LoadForces& one : body.loads)
-            if (one.load().follows()) one.add(x, one.load().factor.at(time_ + step_.dt, 1), forces);
+            if (one.load().follows()) one.add(x, one.load().factor.at(end, load_share(end)), forces);
         return forces.cwiseProduct(way).sum();
     };
     const double first = work_at(0);

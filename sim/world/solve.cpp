@@ -185,7 +185,7 @@ World::Rejection World::solve(const StepPart& part, Eigen::VectorXd& v, WorldRep
             if (!is_asked) allowed *= 2;
         }
         if (k == most || (k > 0 && share < least_progress)) break;
-        timed(report.assemble_us, [&] { build_systems(given, k > 0 ? &v : nullptr); });
+        timed(report.assemble_us, [&] { build_systems(given, k > 0 ? &v : nullptr, config_.step.tangent); });
         const ContactSolveReport solved = timed(report.solve_us, [&] { return solver_.solve(systems_, to); });
         if (!solved.fallback.empty())
             report.fallback = fmt::format("at {:.6g} s: {}", time_ + dt, solved.fallback);

@@ -28,6 +28,7 @@ Momentum outer_load(const ElasticBody& elastic, NodesRef x, const Loads& loads) 
 /// have to follow the same rule.
 void World::choose_steps(double dt) {
     begin_backward_euler(dt);
+    if (config_.statics) return;
     const std::vector<Nodes> of_joints = joint_forces(dt);
     for (std::size_t b = 0; b < bodies_.size(); ++b) measure_inner_forces(bodies_[b], dt, of_joints[b]);
     constexpr double straight = 0.3;  // radians, beyond which straight ways by earlier rates lead astray

@@ -17,6 +17,7 @@ namespace {
 /// The linear solves must be more accurate than Newton's tolerance, or the iteration cannot reach it.
 LinearSolveConfig linear_config(const WorldConfig& config) {
     LinearSolveConfig linear = config.linear;
+    if (config.statics) linear.tolerance = std::min(linear.tolerance, 0.01 * config.statics->tolerance);
     if (config.step.newton_iterations > 1)
         linear.tolerance = std::min(linear.tolerance, 0.1 * config.step.newton_tolerance);
     return linear;
@@ -42,6 +43,12 @@ double surface_young(const ElasticBody& elastic, const Embedding& W) {
 World::World(const WorldConfig& config)
     : config_(config), solver_(linear_config(config), config.hierarchies) {
     check_contact_config(config.contact);
+    if (config.statics) {
+        check_static_config(*config.statics);
+        config_.step.integrator = TimeIntegrator::backward_euler;
+        if (config.step.newton_iterations == 1) config_.step.newton_iterations = static_iterations;
+        config_.contact.tolerance = std::min(config.contact.tolerance, 0.01 * config.statics->tolerance);
+    }
     const auto& [times, values] = config.gravity_keys;
     bool is_in_order = times.size() == values.size();
     for (std::size_t k = 0; is_in_order && k < times.size(); ++k)
@@ -102,6 +109,7 @@ int World::add_body(WorldBody body) {
     std::shared_ptr<const ContactShape> shape = contact_shape(body);
     std::vector<LoadForces> loads;
     for (BodyLoad& load : body.loads) loads.emplace_back(std::move(load), elastic, *shape);
+    if (config_.statics) body.state.v.setZero();
     const int index = body_count();
     Nodes added_at = body.grips.empty() ? Nodes{} : body.state.x;
     systems_.emplace_back(elastic);
@@ -119,7 +127,8 @@ int World::add_body(WorldBody body) {
                        .added = time_,
                        .grips = std::move(body.grips),
                        .grip_start = std::move(grip_start),
-                       .added_at = std::move(added_at)});
+                       .added_at = std::move(added_at),
+                       .name = body.name.empty() ? fmt::format("body {}", index) : std::move(body.name)});
     first_unknown_.push_back(first_unknown_.back() + 3 * nodes);
     forget_parts();
     return index;

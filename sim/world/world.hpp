@@ -21,6 +21,7 @@
 #include "sim/world/grip.hpp"
 #include "sim/world/joint.hpp"
 #include "sim/world/reactions.hpp"
+#include "sim/world/statics.hpp"
 
 namespace nbd {
 
@@ -58,6 +59,7 @@ struct WorldConfig {
     std::shared_ptr<RestHierarchies>
         hierarchies{};  // may be shared by worlds of the same bodies; null: not shared
     StepConfig step{};
+    std::optional<StaticConfig> statics{};  // none: steps in time
     // What positions of this world are counted from, metres, for those who tell them; steps do not depend on
     // it.
     Eigen::Vector3d origin = Eigen::Vector3d::Zero();
@@ -74,6 +76,7 @@ struct WorldBody {
     BodyState state{};              // empty x: the rest pose without velocity
     std::vector<Grip> grips{};
     std::vector<BodyLoad> loads{};
+    std::string name{};  // in messages; empty: "body 0", ...
 };
 
 /// What a step did, in numbers and in words.
@@ -82,6 +85,7 @@ struct WorldReport : StepReport {
     std::string fallback{};  // empty, or one line: why the iterative solver last fell back to a factorisation
     std::string rejection{};       // empty, or one line: why a part of the step was last rejected
     std::string trouble_reason{};  // empty, or one line about `trouble`
+    double imbalance = 0;          // of the worst body at the end of a static increment, see StaticConfig
     std::string failure{};  // empty, or one line: why the step failed; the world must not be stepped again
 };
 
@@ -153,10 +157,10 @@ class World {
     /// Whether a force has torn it apart.
     bool is_broken(int joint) const { return broken_.at(joint) != 0; }
 
-    /// Advances by dt seconds, > 0. On a failure, see the report, the bodies are left as they were before the
-    /// part that failed. Throws std::invalid_argument on a bad dt, and before the first step if surfaces
-    /// intersect; StopAsked as stop_if_asked(). Whatever is thrown, the world is as before the step, without
-    /// contact forces.
+    /// Advances by dt seconds, > 0, or in statics by an increment, see StaticConfig. On a failure, see the
+    /// report, the bodies are left as they were before the part that failed. Throws std::invalid_argument on
+    /// a bad dt, and before the first step if surfaces intersect; StopAsked as stop_if_asked(). Whatever is
+    /// thrown, the world is as before the step, without contact forces.
     WorldReport step(double dt);
 
     int body_count() const noexcept { return bodies_.size(); }
@@ -264,6 +268,7 @@ class World {
         DrivenNodes driven{};
         double energy = 0;  // elastic, joules, at the end of the last step
         Vertices posed{};   // what its trees' poses read
+        std::string name{};
 
         /// Whether a grip takes its nodes after the body was added.
         bool takes_later(std::size_t grip) const { return grips[grip].take > added; }
@@ -279,6 +284,7 @@ class World {
     struct Rejection {
         std::string reason{};  // empty: not rejected
         bool fatal = false;
+        bool is_final = false;                    // smaller parts would not help
         StepTrouble trouble = StepTrouble::none;  // if it is kept
         explicit operator bool() const noexcept { return !reason.empty(); }
     };
@@ -305,6 +311,7 @@ class World {
     // world_step.cpp
     void take_step(double dt, WorldReport& report);
     void take_parts(double dt, const PartStart& begin, WorldReport& report);
+    std::string when(double time) const;
     void tell_trouble(WorldReport& report) const;
     PartStart part_start() const;
     void take_back(const PartStart& start);
@@ -354,8 +361,37 @@ class World {
     PrescribedNodes prescribed(const Body& body, double dt) const;
     Eigen::VectorXd stacked(Nodes (World::*velocities)(const Body&) const,
                             const std::vector<PrescribedNodes>& given) const;
-    void build_systems(const std::vector<PrescribedNodes>& given, const Eigen::VectorXd* iterate);
+    void build_systems(const std::vector<PrescribedNodes>& given, const Eigen::VectorXd* iterate,
+                       Tangent tangent);
     double residual(const Eigen::VectorXd& v);
+
+    // balance.cpp
+    /// What is out of balance at an iterate of an increment, over a body's free nodes.
+    struct Imbalance {
+        double off = 0, rounding = 0;  // sums of forces and of what rounding leaves of them, newtons
+        double scale = 0;              // see StaticConfig::tolerance, newtons
+        double net = 0;                // of the force and the torque over the body's size as a whole, newtons
+
+        double share() const noexcept { return off <= rounding ? 0 : off / scale; }
+    };
+    /// How careful the next linearisation of an increment is.
+    struct Caution {
+        double less_way = 1, more_hold = 1;  // factors of what keeps bodies in place
+        // The imbalance below which tangents are exact: those of a body that has to go far need not be
+        // positive definite.
+        double exact_below = std::numeric_limits<double>::infinity();
+        static constexpr double exact_again = 0.1;  // of the imbalance at which they led astray
+
+        bool takes_more_hold(bool was_exact, double imbalance) noexcept;
+        bool goes_on(bool was_exact, double imbalance, bool went_far) noexcept;
+    };
+    double load_share(double time) const noexcept;
+    std::vector<Imbalance> imbalances(double dt, const Eigen::VectorXd& v,
+                                      const std::vector<PrescribedNodes>& given, bool is_assembled);
+    void regularise(double dt, const Eigen::VectorXd& v, std::span<const Imbalance> imbalances,
+                    const Caution& caution);
+    Rejection balance(const StepPart& part, Eigen::VectorXd& v, WorldReport& report);
+    void come_to_rest(const StepPart& part, const Eigen::VectorXd& v, const BodyPositions& ends);
 
     // resolve_start.cpp
     std::vector<Contact> too_near();

@@ -78,7 +78,7 @@ void World::take_parts(double dt, const PartStart& begin, WorldReport& report) {
         const bool converged = std::exchange(report.solver_converged, true);
         stop_if_asked();
         const Rejection rejection = try_part(part, report);
-        if (rejection) report.rejection = fmt::format("at {:.6g} s: {}", part.end, rejection.reason);
+        if (rejection) report.rejection = fmt::format("{}: {}", when(part.end), rejection.reason);
         const bool is_kept = !rejection || (part.finest && !rejection.fatal);
         report.contacts_settled = settled && (report.contacts_settled || !is_kept);
         report.solver_converged = converged && (report.solver_converged || !is_kept);
@@ -91,14 +91,20 @@ void World::take_parts(double dt, const PartStart& begin, WorldReport& report) {
             continue;
         }
         take_back(start);
-        if (part.finest) {
+        if (part.finest || rejection.is_final) {
             report.failure = report.rejection;
+            if (config_.statics && !rejection.is_final && report.substeps > 1)
+                report.failure += fmt::format("; the increment was cut into {} parts", report.substeps);
             break;
         }
         report.substeps *= 2;
         done *= 2;
     }
     report.time = time_;
+}
+
+std::string World::when(double time) const {
+    return config_.statics ? fmt::format("at {:.6g} of the load", time) : fmt::format("at {:.6g} s", time);
 }
 
 /// What went wrong shows only at the end of the step where no part of it was rejected.
@@ -137,6 +143,7 @@ void World::take_back(const PartStart& start) {
 /// A hundred-thousandth of the smallest body: nobody sees that friction gives by as much before it slides. Or
 /// a thousandth of a fall from rest, where steps are long: a stiffer spring would be settled by no iteration.
 double World::slip_length(double dt) const noexcept {
+    if (config_.statics) return 1e-5 * smallest_diagonal();
     double gravity = config_.gravity.norm();
     for (const Eigen::Vector3d& value : config_.gravity_keys.values)
         gravity = std::max(gravity, value.norm());
@@ -164,6 +171,12 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
         std::string failure = pose_failure(b, elements, body.elastic->element_count(), config_.limits);
         if (!failure.empty()) return failure;
         energies.push_back(elements.energy);
+    }
+    for (int b = 0; b < body_count(); ++b) at(b).energy = energies[b];
+    report.inverted_elements = inverted;
+    if (config_.statics) {
+        come_to_rest(part, v, last);
+        return {};
     }
     const Eigen::VectorXd impulses = solver_.step_impulses(v);
     const Eigen::VectorXd all = bonds_.empty() ? impulses : solver_.impulses(v);
@@ -209,8 +222,6 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
     const Eigen::VectorXd of_contact = solver_.contact_impulses(v, more);
     for (int b = 0; b < body_count(); ++b)
         at(b).contact_forces += part.share / (factor * dt) * body_part(b, of_contact);
-    for (int b = 0; b < body_count(); ++b) at(b).energy = energies[b];
-    report.inverted_elements = inverted;
     return {};
 }
 
@@ -229,12 +240,12 @@ bool World::is_fit(const RigidVector& motion, int index) const {
 /// see solve().
 World::Rejection World::solve_safely(const StepPart& part, Eigen::VectorXd& v, WorldReport& report) {
     for (;;) {
-        Rejection rejection = solve(part, v, report);
+        Rejection rejection = config_.statics ? balance(part, v, report) : solve(part, v, report);
         if (turns_abruptly_ && step_.velocity_factor > 1) {
             begin_backward_euler(part.dt);
             continue;
         }
-        if (rejection && !part.finest) return rejection;
+        if (rejection && (!part.finest || rejection.is_final)) return rejection;
         if (!rejection.fatal) {
             const std::string fault = end_fault(part.dt, v, report);
             if (fault.empty()) return rejection;

@@ -153,6 +153,24 @@ TEST(DoorScene, LeansOnItsSeal) {
     EXPECT_LT((seal + hinge).head<2>().norm(), 0.01);
 }
 
+TEST(ShelfScene, BendsAsABeamUnderItsCrate) {
+    const TemporaryFolder folder;
+    auto forces = last_forces(folder, "shelf");
+    constexpr double g = 9.81, area = 0.12 * 0.12, stiffness = 1e7 * area * area / 12;
+    constexpr double board = 700 * area * g, crate = 1500 * 0.15 * 0.15 * 0.15 * g;
+    EXPECT_NEAR((forces[{"board", "pins[0]"}].z()), board + crate, 1e-5 * (board + crate));
+    EXPECT_NEAR((forces[{"board", "crate"}].z()), -crate, 1e-5 * crate);
+    EXPECT_LT((forces[{"board", "pins[0]"}].head<2>().norm()), 1e-5 * crate);
+    const auto sag = [&](int frame) {
+        return -read_surface(folder / fmt::format("frames/0_board_{:06d}.obj", frame)).X.col(2).minCoeff() -
+               0.06;
+    };
+    // Of its own weight, and of the crate's at 0.85 m.
+    const double expected = board / (8 * stiffness) + crate * 0.85 * 0.85 * (3 - 0.85) / (6 * stiffness);
+    EXPECT_NEAR(sag(5), expected, 0.05 * expected);
+    EXPECT_NEAR(sag(1), expected / 5, 0.05 * expected);
+}
+
 INSTANTIATE_TEST_SUITE_P(All, SceneExample, ::testing::ValuesIn(scenes()),
                          [](const auto& info) { return info.param; });
 

@@ -282,6 +282,9 @@ void bind_report(py::module_& m) {
         std::visit([&](auto member) { report.def_readonly(number.name, member, number.text); },
                    number.member);
     report.def_readonly("trouble_reason", &WorldReport::trouble_reason)
+        .def_readonly("imbalance", &WorldReport::imbalance,
+                      "In a static scene: forces out of balance at the end of the increment, relative to "
+                      "those on the body where they are largest; else 0.")
         .def_readonly("failure", &WorldReport::failure,
                       "Empty, or why the step failed; the world must not be stepped again.")
         .def("__repr__", [](const WorldReport& report) {
@@ -305,10 +308,12 @@ void bind_worlds(py::module_& m) {
              "folder: what relative paths of a dictionary start from; default: the current one. "
              "Warns (UserWarning) of bodies that overlap or touch something at the start, "
              "and of bodies whose size, tetrahedra or Poisson's ratio may make the motion wrong.")
-        .def("step", &step, py::arg("dt") = py::none(),
-             "Advances by dt seconds, by default the scene's. Returns a report: look at `failure`. Raises "
-             "ValueError for dt <= 0, and before the first step without intersections if surfaces intersect. "
-             "Ctrl-C takes the step back, whose contact forces are zero then, and raises KeyboardInterrupt.")
+        .def(
+            "step", &step, py::arg("dt") = py::none(),
+            "Advances by dt seconds, by default the scene's; in a static scene by a share dt of the load, to the "
+            "next balance. Returns a report: look at `failure`. Raises "
+            "ValueError for dt <= 0, and before the first step without intersections if surfaces intersect. "
+            "Ctrl-C takes the step back, whose contact forces are zero then, and raises KeyboardInterrupt.")
         .def(
             "check_start", [](const UsedWorld& self) { self->world.check_start(); }, Computes(),
             "Raises ValueError, naming the faces, where steps without intersections are asked for "

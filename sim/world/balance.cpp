@@ -1,0 +1,235 @@
+// Static increments: the pose in which all forces on the bodies are in balance.
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "collision/base/stop.hpp"
+#include "collision/base/stopwatch.hpp"
+#include "sim/fem/step_system.hpp"
+#include "sim/world/world.hpp"
+
+namespace nbd {
+namespace {
+
+constexpr double free_way = 0.5;    // of its size, by which a body that nothing holds moves at a time
+constexpr double most_way = 10;     // likewise, in all, before it is taken to be held by nothing
+constexpr double least_net = 0.01;  // of the forces on a body, with which it moves off
+// Of the stiffness of a body: with what it is kept in place, where some of its nodes are held or none.
+constexpr double held_hold = 1e-10, free_hold = 1e-7;
+constexpr double least_step = 1e-9;      // share of a linearisation that counts as motion
+constexpr double cautious_share = 0.25;  // of a linearisation, below which the next goes less far
+
+/// Masses that a static solve takes are powers of this: a preconditioner is made for each of them.
+double rounded(double share) noexcept {
+    constexpr double digits = 2;
+    return std::exp2(digits * std::round(std::log2(share) / digits));
+}
+
+}  // namespace
+
+void check_static_config(const StaticConfig& config) {
+    if (!(config.tolerance >= 1e-10 && config.tolerance <= 0.1))
+        throw std::invalid_argument(fmt::format(
+            "world: the tolerance of statics is {}, but must be between 1e-10 and 0.1", config.tolerance));
+}
+
+/// The factor of gravity and of loads without keyframes.
+double World::load_share(double time) const noexcept {
+    return config_.statics ? std::clamp(time, 0.0, 1.0) : 1;
+}
+
+/// Of all bodies at v, with the contacts and bonds found there, which are linearised at v. is_assembled:
+/// whether the systems are of this increment, so that they tell what rounding leaves.
+std::vector<World::Imbalance> World::imbalances(double dt, const Eigen::VectorXd& v,
+                                                const std::vector<PrescribedNodes>& given,
+                                                bool is_assembled) {
+    constexpr double unit = 4 * std::numeric_limits<double>::epsilon();
+    solver_.linearise(v);
+    const Eigen::VectorXd pushes = solver_.impulses(v);
+    std::vector<Imbalance> all(bodies_.size());
+    for (int b = 0; b < body_count(); ++b) {
+        Body& body = at(b);
+        Imbalance& of = all[b];
+        const Nodes w = body_part(b, v), x = body.start.x + dt * w, push = body_part(b, pushes) / dt;
+        set_end_forces(body, x);
+        const Loads outer = end_loads(body);
+        StepStart here = body.start;  // without resistance of its mass
+        here.v = w;
+        here.static_mass = 0;
+        const StepSystem& system = systems_[b];
+        const Nodes off =
+            push - StepPotential(*body.elastic, here, step_, outer, system.elements()).gradient(w) / dt;
+        std::vector<char> is_given(x.rows(), 0);
+        for (const int node : given[b].nodes) is_given[node] = 1;
+        const Eigen::RowVector3d centre = centre_of_mass(*body.elastic, x);
+        Eigen::Vector3d force = Eigen::Vector3d::Zero(), torque = Eigen::Vector3d::Zero();
+        double loads = 0, supports = 0;
+        const auto& diagonal = system.matrix().diagonal();
+        for (Eigen::Index i = 0; i < x.rows(); ++i) {
+            const Eigen::Vector3d left = off.row(i), arm = x.row(i) - centre;
+            supports += push.row(i).norm();
+            if (is_given[i]) {
+                supports += left.norm();
+                continue;
+            }
+            of.off += left.norm();
+            if (is_assembled) of.rounding += unit * diagonal[i].norm() / (dt * dt) * x.row(i).norm();
+            force += left;
+            torque += arm.cross(left);
+            loads +=
+                (body.elastic->node_masses()[i] * outer.gravity.transpose() + outer.forces.row(i)).norm();
+        }
+        of.scale = std::max(loads, supports);
+        of.net = force.norm() + torque.norm() / body.shape->rest_diagonal;
+    }
+    return all;
+}
+
+/// Takes the next linearisations more carefully after one whose matrix was not positive definite. Returns
+/// whether that can help.
+bool World::Caution::takes_more_hold(bool was_exact, double imbalance) noexcept {
+    constexpr double factor = 100, most = 1e6;
+    if (was_exact) {
+        exact_below = exact_again * imbalance;
+        return true;
+    }
+    more_hold *= factor;
+    return more_hold <= most;
+}
+
+/// Likewise after one that went far or not. Returns whether the next can go on.
+bool World::Caution::goes_on(bool was_exact, double imbalance, bool went_far) noexcept {
+    constexpr double factor = 16, most = 1e12;
+    if (went_far)
+        less_way = std::max(less_way / factor, 1.0);
+    else if (was_exact)
+        exact_below = exact_again * imbalance;
+    else
+        less_way *= factor;
+    return less_way <= most;
+}
+
+/// Lets a share of each body's mass resist the motion from v, so that one that nothing holds does not move
+/// too far at a time, however far linearisations lead. As it resists what is not balanced yet, it vanishes
+/// with that: at the end the bodies are in balance without it.
+void World::regularise(double dt, const Eigen::VectorXd& v, std::span<const Imbalance> imbalances,
+                       const Caution& caution) {
+    for (int b = 0; b < body_count(); ++b) {
+        Body& body = at(b);
+        const double size = body.shape->rest_diagonal,
+                     hold = std::max(caution.less_way * imbalances[b].net / (free_way * size),
+                                     caution.more_hold * (is_held(body) ? held_hold : free_hold) *
+                                         body.contact_young * size);  // N/m
+        body.start.v = body_part(b, v);
+        body.start.static_mass = rounded(dt * dt * hold / body.elastic->mass());
+    }
+}
+
+/// An increment: Newton's iteration to the balance of all forces, with friction by the way of the increment.
+/// The first linearisations take grips and obstacles along their ways. v: out, the way of the increment over
+/// its length.
+World::Rejection World::balance(const StepPart& part, Eigen::VectorXd& v, WorldReport& report) {
+    const double dt = part.dt;
+    std::vector<const ContactShape*> shapes;
+    std::vector<PrescribedNodes> given;
+    for (const Body& body : bodies_) {
+        shapes.push_back(body.shape.get());
+        given.push_back(prescribed(body, dt));
+    }
+    barrier().begin_step(time_, dt);
+    Eigen::VectorXd to = stacked(&World::first_iterate, given);
+    v = Eigen::VectorXd::Zero(to.size());
+    double progress = barrier().obstacles_move() || held_nodes_move(dt, given) ? 0 : 1;
+    look(dt, v, to, progress, report);
+    std::vector<double> ways(bodies_.size(), 0.0);  // of their nodes in the mean
+    Caution caution;
+    std::string left;
+    double share = 0;
+    for (int k = 0;; ++k) {
+        stop_if_asked();
+        timed(report.detect_us, [&] { contacts_ = contacts_at(dt, v, share, progress, shapes); });
+        find_bonds(dt, v);
+        if (k > 0)
+            solver_.set_contacts(contacts_, bonds_, v);
+        else
+            solver_.begin(contacts_, bonds_, shapes, first_unknown_, config_.contact.tolerance, step_, v,
+                          true);
+        const std::vector<Imbalance> now =
+            timed(report.assemble_us, [&] { return imbalances(dt, v, given, k > 0); });
+        const std::size_t worst = std::ranges::max_element(now, {}, &Imbalance::share) - now.begin();
+        report.imbalance = now[worst].share();
+        left = fmt::format("{} is out of balance by {:.2g} of the forces on it", bodies_[worst].name,
+                           report.imbalance);
+        if (k > 0 && progress == 1 && report.imbalance <= config_.statics->tolerance) {
+            report.contacts_settled = report.solver_converged = true;
+            return {};
+        }
+        if (ways[worst] > most_way * bodies_[worst].shape->rest_diagonal &&
+            now[worst].net > least_net * now[worst].scale)
+            return {.reason = fmt::format("nothing holds {}, which moves on and on without a balance",
+                                          bodies_[worst].name),
+                    .fatal = true,
+                    .is_final = true};
+        if (k == config_.step.newton_iterations) break;
+        const bool is_exact = report.imbalance < caution.exact_below;
+        regularise(dt, v, now, caution);
+        timed(report.assemble_us,
+              [&] { build_systems(given, &v, is_exact ? Tangent::exact : Tangent::full); });
+        to = v;
+        ++report.newton_iterations;
+        try {
+            const ContactSolveReport solved =
+                timed(report.solve_us, [&] { return solver_.solve(systems_, to); });
+            report.contacts = solved.active;
+            report.solver_iterations += solved.linear_iterations;
+        } catch (const std::runtime_error&) {  // the matrix is not positive definite
+            if (!caution.takes_more_hold(is_exact, report.imbalance)) throw;
+            continue;
+        }
+        if (!to.allFinite()) return {.reason = "the motion of the increment is not finite", .fatal = true};
+        const double trusted = trusted_share(dt, v, to);
+        if (trusted < 1) to = v + trusted * (to - v);
+        const double free = propose(dt, v, to, progress, report);
+        share = progress == 1 ? search_line(v, to, free) : free;
+        if (progress == 1 && !caution.goes_on(is_exact, report.imbalance, share >= cautious_share * free))
+            break;
+        if (progress < 1 && share < least_step) break;
+        for (int b = 0; b < body_count(); ++b)
+            if (progress == 1) ways[b] += dt * share * body_part(b, to - v).rowwise().norm().mean();
+        v += share * (to - v);
+        progress = share == 1 ? 1 : progress + share * (1 - progress);
+    }
+    if (progress < 1)
+        return {.reason = fmt::format("grips and obstacles cannot go {:.2g} of their way "
+                                      "without an intersection",
+                                      1 - progress),
+                .fatal = true};
+    return {.reason = left, .fatal = true, .trouble = StepTrouble::newton};
+}
+
+/// Ends an increment in the balance that v leads to, with the reactions there. ends: where v leads.
+void World::come_to_rest(const StepPart& part, const Eigen::VectorXd& v, const BodyPositions& ends) {
+    const StepPart whole{.dt = part.dt, .end = part.end, .share = 1};
+    const Eigen::VectorXd impulses = solver_.impulses(v), of_contact = solver_.contact_impulses(v, {});
+    reactions_.clear();
+    for (int b = 0; b < body_count(); ++b) {
+        Body& body = at(b);
+        const Nodes w = body_part(b, v);
+        body.start.v = w;  // no mass resists what is balanced
+        body.before = PastStep{.v = {}, .inner_forces = {}, .held = prescribed(body, part.dt).nodes};
+        body.holding = holding_impulses(b, w, impulses);
+        add_holding_reactions(whole, b, ends.x[b]);
+        body.before.reset();
+        body.contact_forces = body_part(b, of_contact) / part.dt;
+        body.state.x = ends.x[b];  // in place: arrays keep their place in memory
+        body.state.v.setZero();
+    }
+    add_contact_reactions(whole, solver_.pair_impulses(v, {}, ends));
+    add_joint_reactions(whole, v, {}, ends, ends);
+}
+
+}  // namespace nbd

@@ -1,0 +1,20 @@
+#pragma once
+
+namespace nbd {
+
+/// How a world seeks balance instead of taking steps in time. A step is an increment then, its length the
+/// share of the load that it adds, and the time of the world the share that has come: gravity and loads
+/// without keyframes of their own are multiplied by it, all keyframes go by it. Velocities are zero, and
+/// nothing is damped.
+struct StaticConfig {
+    // Sum of the forces on a body's nodes that are out of balance at the end of an increment, relative to
+    // that of its loads or of what supports it, whichever is larger.
+    double tolerance = 1e-6;
+};
+
+/// Throws std::invalid_argument for a number out of range.
+void check_static_config(const StaticConfig& config);
+
+constexpr int static_iterations = 200;  // linearisations of an increment, unless a config asks for others
+
+}  // namespace nbd

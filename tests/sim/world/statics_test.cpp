@@ -1,0 +1,296 @@
+// Static increments against closed forms.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "meshing/body/rigid_body.hpp"
+#include "meshing/surface/quadratic_tets.hpp"
+#include "sim/world/world.hpp"
+#include "tests/meshing/shapes.hpp"
+#include "tests/sim/world/box_model.hpp"
+#include "tests/support/box_body.hpp"
+#include "tests/support/box_mesh.hpp"
+#include "tests/support/error_of.hpp"
+#include "tests/support/on_threads.hpp"
+
+namespace nbd {
+namespace {
+
+using std::numbers::pi;
+using test::Model;
+
+WorldConfig static_config(const Eigen::Vector3d& gravity = {0, 0, -9.81}, double tolerance = 1e-6) {
+    return {.gravity = gravity, .statics = StaticConfig{.tolerance = tolerance}};
+}
+
+/// Increments up to the whole load. Returns the last report, or that of one that failed.
+WorldReport load_up(World& world, int increments) {
+    WorldReport report;
+    for (int k = 0; k < increments && report.failure.empty(); ++k) report = world.step(1.0 / increments);
+    return report;
+}
+
+/// What one side exerts on a body.
+Eigen::Vector3d force_by(const World& world, int body, ReactionBy by, int number = 0) {
+    for (const Reaction& one : world.reactions())
+        if (one.body == body && one.by == by && one.number == number) return one.force;
+    return Eigen::Vector3d::Zero();
+}
+
+/// A beam of quadratic tetrahedra along x whose end at x = 0 a grip holds.
+struct Cantilever {
+    double length, height;
+    Model model;
+    std::vector<int> held, end;
+
+    Cantilever(double L, double h, int cells, double young)
+        : length(L),
+          height(h),
+          model(Model([&] {
+              TetMesh mesh = make_quadratic(test::box_mesh({L, h, h}, {cells, 1, 1}));
+              return test::boundary_body(std::move(mesh), {.young = young, .poisson = 0});
+          }())),
+          held(at(0)),
+          end(at(L)) {}
+
+    std::vector<int> at(double x) const {
+        return test::nodes_where(model.body.tets.X,
+                                 [&](const auto& p) { return std::abs(p[0] - x) < 1e-6 * length; });
+    }
+    double bending() const { return model.body.material.young * std::pow(height, 4) / 12; }
+
+    WorldBody body(double load_at_end) const {
+        WorldBody body = model.at({0, 0, 0});
+        body.grips.push_back({.nodes = held});
+        if (load_at_end != 0)
+            body.loads.push_back({.kind = LoadKind::force, .value = {0, 0, -load_at_end}, .nodes = end});
+        return body;
+    }
+    /// Displacement of the middle of the end.
+    Eigen::Vector3d way(const World& world) const {
+        const Nodes u = world.state(0).x - model.body.tets.X;
+        return u(end, Eigen::all).colwise().mean();
+    }
+};
+
+/// Length, Young's modulus.
+class StaticBeam : public ::testing::TestWithParam<std::tuple<double, double>> {};
+
+/// Small deflections are those of Timoshenko's beam, under weight and under a load at the end.
+TEST_P(StaticBeam, SagsAsInTheory) {
+    const auto [L, young] = GetParam();
+    const Cantilever beam(L, L / 10, 10, young);
+    const double area = L * L / 100, shear = 5.0 / 6 * young / 2 * area;
+    for (const bool own_weight : {false, true}) {
+        const double sag = 1e-3 * L, l4 = std::pow(L, 4);
+        const double of_weight = l4 / 8 / beam.bending() + L * L / 2 / shear,
+                     of_end = std::pow(L, 3) / 3 / beam.bending() + L / shear;
+        const double q = sag / of_weight;  // N/m
+        const double g = q / (beam.model.body.material.density * area);
+        World world(static_config(own_weight ? Eigen::Vector3d(0, 0, -g) : Eigen::Vector3d::Zero()));
+        world.add_body(beam.body(own_weight ? 0 : sag / of_end));
+        const WorldReport report = load_up(world, 2);
+        ASSERT_EQ(report.failure, "");
+        EXPECT_LE(report.imbalance, 1e-6);
+        EXPECT_EQ(report.substeps, 1);
+        EXPECT_EQ(report.kinetic_energy, 0);
+        EXPECT_NEAR(-beam.way(world).z() / sag, 1, 0.01) << own_weight;
+        const double load = own_weight ? q * L : sag / of_end;
+        EXPECT_NEAR(force_by(world, 0, ReactionBy::grip).z() / load, 1, 1e-6);
+    }
+}
+INSTANTIATE_TEST_SUITE_P(Sizes, StaticBeam,
+                         ::testing::Combine(::testing::Values(0.01, 1, 10),
+                                            ::testing::Values(1e3, 1e6, 1e9)));
+
+/// The elastica of a cantilever under a load at its end that keeps its direction: how far the end goes down
+/// and back, as shares of the length, by the elliptic integrals of [BisshoppDrucker45].
+struct Elastica {
+    double load, down, back;
+};
+Elastica elastica(double load) {
+    // Of theta' ^2 = 2 load (sin theta0 - sin theta), by quadrature in s with sin theta = sin theta0 (1 -
+    // t^2).
+    const auto at = [&](double top) {
+        Elastica sum{.load = 0, .down = 0, .back = 0};
+        double length = 0;
+        constexpr int parts = 20000;
+        const double s0 = std::sin(top);
+        for (int i = 0; i < parts; ++i) {
+            const double t = (i + 0.5) / parts, sine = s0 * (1 - t * t), cosine = std::sqrt(1 - sine * sine);
+            const double weight = 2 * std::sqrt(s0) / cosine / parts;
+            length += weight;
+            sum.down += weight * sine;
+            sum.back += weight * cosine;
+        }
+        sum.load = length * length / 2;  // as ds = dtheta / sqrt(2 load (sin theta0 - sin theta))
+        sum.down /= length;
+        sum.back = 1 - sum.back / length;
+        return sum;
+    };
+    double least = 0, most = pi / 2 - 1e-9;
+    for (int i = 0; i < 60; ++i) {
+        const double middle = (least + most) / 2;
+        (at(middle).load < load ? least : most) = middle;
+    }
+    return at(least);
+}
+
+TEST(StaticBeamOfLargeDeflection, FollowsTheElastica) {
+    // Mattiasson's table.
+    EXPECT_NEAR(elastica(1).down, 0.30172, 1e-4);
+    EXPECT_NEAR(elastica(10).down, 0.81061, 1e-4);
+    EXPECT_NEAR(elastica(10).back, 0.55500, 1e-4);
+    for (const double size : {0.01, 10.0}) {
+        const Cantilever beam(size, size / 40, 40, 1e6);
+        for (const double load : {1.0, 2.0, 5.0, 10.0}) {
+            World world(static_config({0, 0, 0}));
+            world.add_body(beam.body(load * beam.bending() / (size * size)));
+            const WorldReport report = load_up(world, 4);
+            ASSERT_EQ(report.failure, "");
+            const Elastica expected = elastica(load);
+            EXPECT_NEAR(-beam.way(world).z() / size, expected.down, 0.005);
+            EXPECT_NEAR(-beam.way(world).x() / size, expected.back, 0.005);
+        }
+    }
+}
+
+TEST(Statics, TheNumberOfIncrementsDoesNotMatter) {
+    const Cantilever beam(1, 0.05, 20, 1e6);
+    std::vector<Eigen::Vector3d> ways;
+    for (const int increments : {1, 3, 10}) {
+        World world(static_config({0, 0, 0}));
+        world.add_body(beam.body(4 * beam.bending()));
+        const WorldReport report = load_up(world, increments);
+        ASSERT_EQ(report.failure, "");
+        ways.push_back(beam.way(world));
+    }
+    EXPECT_LT((ways[0] - ways[2]).norm(), 1e-5);
+    EXPECT_LT((ways[1] - ways[2]).norm(), 1e-5);
+}
+
+/// Size, Young's modulus.
+class StaticBlock : public ::testing::TestWithParam<std::tuple<double, double>> {};
+INSTANTIATE_TEST_SUITE_P(Sizes, StaticBlock,
+                         ::testing::Combine(::testing::Values(0.01, 1, 10),
+                                            ::testing::Values(1e3, 1e6, 1e9)));
+
+/// Between plates without friction a block is in uniaxial stress: F = E A e, e of its own height.
+TEST_P(StaticBlock, PressedBetweenPlates) {
+    const auto [L, young] = GetParam();
+    const Model block({L, L, L}, {3, 3, 3}, {.young = young, .poisson = 0.3});
+    World world(static_config({0, 0, 0}));
+    world.add_body(block.at({0, 0, L / 2 + 0.002 * L}));
+    world.add_obstacle(test::floor_at(0, 0));
+    Obstacle top{.shape = PlaneShape{.point = {0, 0, 1.004 * L}, .normal = {0, 0, -1}}, .friction = 0};
+    top.motion = eased({.translation = {0, 0, -0.05 * L}, .duration = 1});
+    world.add_obstacle(top);
+    const WorldReport report = load_up(world, 5);
+    ASSERT_EQ(report.failure, "");
+    const Nodes& x = world.state(0).x;
+    const auto mean_height = [&](double z) {
+        double sum = 0;
+        const std::vector<int> nodes = test::nodes_where(
+            block.body.tets.X, [&](const auto& p) { return std::abs(p[2] - z) < 1e-6 * L; });
+        for (const int node : nodes) sum += x(node, 2) / nodes.size();
+        return sum;
+    };
+    const double e = 1 - (mean_height(L / 2) - mean_height(-L / 2)) / L;
+    const double force = -force_by(world, 0, ReactionBy::obstacle, 1).z();
+    EXPECT_GT(e, 0.04);
+    EXPECT_NEAR(force / (young * L * L * e), 1, 1e-3);
+    EXPECT_NEAR(force_by(world, 0, ReactionBy::obstacle, 0).z(), force, 1e-6 * force);
+}
+
+TEST(Statics, BlocksThatRestOnEachOtherCarryTheirWeight) {
+    for (const double size : {0.02, 5.0}) {
+        const Model block({size, size, size}, {2, 2, 2}, {.young = 1e6});
+        World world(static_config());
+        world.add_body(block.at({0, 0, 0.501 * size}));
+        world.add_body(block.at({0.1 * size, 0, 1.503 * size}));
+        world.add_obstacle(test::floor_at(0));
+        const WorldReport report = load_up(world, 2);
+        ASSERT_EQ(report.failure, "");
+        const double weight = 9.81 * block.elastic->mass();
+        EXPECT_NEAR(force_by(world, 0, ReactionBy::obstacle).z() / weight, 2, 1e-5);
+        EXPECT_NEAR(force_by(world, 0, ReactionBy::body, 1).z() / weight, -1, 1e-5);
+    }
+}
+
+TEST(Statics, FrictionHoldsABlockOnASlopeUpToItsLimit) {
+    for (const double size : {0.01, 10.0})
+        for (const double share : {0.9, 1.1}) {
+            const double slope = 0.3;
+            const Eigen::Matrix3d R = Eigen::AngleAxisd(slope, Eigen::Vector3d::UnitY()).matrix();
+            const Model block({size, size, size / 2}, {3, 3, 2}, {.young = 1e7 * size});
+            World world(static_config());
+            WorldBody body = block.at(R.col(2) * (0.251 * size), R);
+            body.name = "crate";
+            world.add_body(body);
+            world.add_obstacle({.shape = PlaneShape{.point = {0, 0, 0}, .normal = R.col(2)},
+                                .friction = std::tan(slope) / share});
+            const Eigen::RowVector3d before = world.state(0).x.colwise().mean();
+            const WorldReport report = load_up(world, 3);
+            if (share < 1) {
+                ASSERT_EQ(report.failure, "");
+                EXPECT_LT((world.state(0).x.colwise().mean() - before).norm(), 5e-3 * size);
+                EXPECT_LT((force_by(world, 0, ReactionBy::obstacle) -
+                           9.81 * block.elastic->mass() * Eigen::Vector3d::UnitZ())
+                              .norm(),
+                          1e-5 * 9.81 * block.elastic->mass());
+            } else {
+                EXPECT_THAT(report.failure, testing::HasSubstr("nothing holds crate"));
+            }
+        }
+}
+
+TEST(Statics, WhatNothingHoldsIsTold) {
+    const Model block({1, 1, 1}, {2, 2, 2}, {.young = 1e6});
+    World world(static_config());
+    world.add_body(block.at({0, 0, 0}));
+    const WorldReport report = load_up(world, 2);
+    EXPECT_THAT(report.failure, testing::HasSubstr("nothing holds body 0"));
+    EXPECT_LT(report.newton_iterations, 100);
+}
+
+TEST(Statics, ARigidBodyHangsByARope) {
+    for (const double size : {0.02, 4.0}) {
+        TriMesh box = test::box(size, size, size, 2);
+        box.X.array() -= size / 2;
+        const Model weight(make_rigid_body("weight", std::move(box), 700), true);
+        World world(static_config());
+        world.add_body(weight.at({0, 0, 0}));
+        // From a corner, so that it has to turn until the corner is above its centre.
+        const Eigen::Vector3d corner = Eigen::Vector3d(0.5, 0.5, 0.5) * size, hook(0, 0, 2 * size);
+        world.add_joint({.kind = CordJoint{.from = corner, .to = hook, .pulls_only = true}});
+        const WorldReport report = load_up(world, 2);
+        ASSERT_EQ(report.failure, "");
+        const Eigen::RowVector3d centre = centre_of_mass(*weight.elastic, world.state(0).x);
+        EXPECT_NEAR(centre.x(), 0, 1e-4 * size);
+        EXPECT_NEAR(centre.y(), 0, 1e-4 * size);
+        const double length = (corner - hook).norm() + corner.norm();
+        EXPECT_NEAR(hook.z() - centre.z(), length, 0.01 * size);
+        const double force = 9.81 * weight.elastic->mass();
+        EXPECT_NEAR(force_by(world, 0, ReactionBy::joint).z(), force, 1e-5 * force);
+    }
+}
+
+TEST(Statics, BadTolerancesAreRefused) {
+    for (const double tolerance : {0.0, 1.0, double(NAN)})
+        EXPECT_THAT(test::error_of([&] {
+                        World world(static_config({0, 0, -1}, tolerance));
+                    }),
+                    testing::HasSubstr("but must be between 1e-10 and 0.1"));
+}
+
+}  // namespace
+}  // namespace nbd
