@@ -193,7 +193,7 @@ void RunLoop::end() {
     const StepTotals totals = outputs_->table().totals();
     // A strict run that met trouble ends with that as its error.
     if (!(out_.strict && !failure_.empty())) tell_trouble(totals, trouble_, out_);
-    tell_results(paths_, frame_.number, totals, world_->smallest_diagonal(),
+    tell_results(paths_, spec_.time.statics.has_value(), frame_.number, totals, world_->smallest_diagonal(),
                  output_us_ / std::max(frames_made_, 1), out_);
     if (page_) end_page(stopped);
     if (!failure_.empty())

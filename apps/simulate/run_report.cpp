@@ -85,10 +85,11 @@ void tell_trouble(const StepTotals& total, const std::string& reason, const Outp
             total.inverted_steps, total.steps, total.all.inverted_elements, total.first_inverted));
 }
 
-void tell_results(const SceneOutput& paths, int frames, const StepTotals& total, double size,
+void tell_results(const SceneOutput& paths, bool is_static, int frames, const StepTotals& total, double size,
                   double output_us, const Output& out) {
-    out.text(fmt::format("{}: {}, {:.3f} s simulated; contacts in {}", paths.recording.string(),
-                         counted(frames, "frame"), total.all.time,
+    out.text(fmt::format("{}: {}, {}; contacts in {}", paths.recording.string(), counted(frames, "frame"),
+                         is_static ? fmt::format("up to {:.4g} of the load", total.all.time)
+                                   : fmt::format("{:.3f} s simulated", total.all.time),
                          counted(total.frames_in_contact, "frame")));
     for (const std::string& line : other_outputs(paths)) out.text(line);
     if (std::isfinite(total.all.least_distance))

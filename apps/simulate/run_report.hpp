@@ -22,7 +22,7 @@ void tell_trouble(const StepTotals& total, const std::string& reason, const Outp
 
 /// Prints the results. size: length that distances are compared with, metres. output_us: mean time of the
 /// outputs per frame, microseconds.
-void tell_results(const SceneOutput& paths, int frames, const StepTotals& total, double size,
+void tell_results(const SceneOutput& paths, bool is_static, int frames, const StepTotals& total, double size,
                   double output_us, const Output& out);
 
 }  // namespace nbd

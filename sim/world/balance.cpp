@@ -29,6 +29,13 @@ double rounded(double share) noexcept {
     return std::exp2(digits * std::round(std::log2(share) / digits));
 }
 
+/// Sum of the elastic forces on the free nodes of a body at rest, newtons.
+double inner_sum(const ElasticBody& elastic, const BodyState& state, const PrescribedNodes& given) {
+    Nodes forces = elastic.inner_forces(state.x, state.v);
+    for (const int node : given.nodes) forces.row(node).setZero();
+    return forces.rowwise().norm().sum();
+}
+
 }  // namespace
 
 void check_static_config(const StaticConfig& config) {
@@ -136,9 +143,11 @@ World::Rejection World::balance(const StepPart& part, Eigen::VectorXd& v, WorldR
     const double dt = part.dt;
     std::vector<const ContactShape*> shapes;
     std::vector<PrescribedNodes> given;
+    std::vector<double> begun;  // what a body has to let go of where its load goes back to nothing
     for (const Body& body : bodies_) {
         shapes.push_back(body.shape.get());
         given.push_back(prescribed(body, dt));
+        begun.push_back(inner_sum(*body.elastic, body.state, given.back()));
     }
     barrier().begin_step(time_, dt);
     Eigen::VectorXd to = stacked(&World::first_iterate, given);
@@ -158,8 +167,9 @@ World::Rejection World::balance(const StepPart& part, Eigen::VectorXd& v, WorldR
         else
             solver_.begin(contacts_, bonds_, shapes, first_unknown_, config_.contact.tolerance, step_, v,
                           true);
-        const std::vector<Imbalance> now =
+        std::vector<Imbalance> now =
             timed(report.assemble_us, [&] { return imbalances(dt, v, given, k > 0); });
+        for (std::size_t b = 0; b < now.size(); ++b) now[b].scale = std::max(now[b].scale, begun[b]);
         const std::size_t worst = std::ranges::max_element(now, {}, &Imbalance::share) - now.begin();
         report.imbalance = now[worst].share();
         left = fmt::format("{} is out of balance by {:.2g} of the forces on it", bodies_[worst].name,

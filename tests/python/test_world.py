@@ -328,3 +328,20 @@ def test_loads_and_gravity_follow_their_keyframes(beam):
     assert momentum == pytest.approx([0, 0.3, -0.2 * world.masses().sum()], abs=1e-6)
     with refused(ValueError, "loads[0].force: must be three numbers"):
         nbd.World({"bodies": [{"body": beam, "loads": [{"force": 3}]}]})
+
+
+def test_static_scenes_come_to_balance(beam):
+    held = {"body": beam, "name": "shelf", "pins": [{"box": {"min": [-9, -9, -9], "max": [-0.45, 9, 9]}}]}
+    world = nbd.World({"bodies": [held], "time": {"static": {"increments": 4}}})
+    assert (world.dt, world.frames, world.steps_per_frame) == (0.25, 4, 1)
+    weight = 9.81 * world.masses().sum()
+    for share in (0.25, 0.5, 0.75, 1):
+        report = world.step()
+        assert report.failure == "" and report.imbalance <= 1e-6
+        assert world.time == pytest.approx(share)
+        assert world.reactions()[0].force[2] == pytest.approx(share * weight, rel=1e-5)
+    assert np.all(world.velocities() == 0)
+    falling = nbd.World({"bodies": [{"body": beam, "name": "loose"}], "time": {"static": {}}})
+    assert "nothing holds bodies[0] (loose)" in falling.step().failure
+    with refused(ValueError, "time.dt: must not be beside \"static\""):
+        nbd.World({"bodies": [held], "time": {"static": {}, "dt": 0.1}})

@@ -79,6 +79,7 @@ std::vector<PhysicsCheck> joined_checks();
 std::vector<PhysicsCheck> impact_checks();
 std::vector<PhysicsCheck> ringing_checks();
 std::vector<PhysicsCheck> stiffness_checks();
+std::vector<PhysicsCheck> static_checks();
 std::vector<PhysicsCheck> told_checks();
 std::vector<PhysicsCheck> thread_checks();
 

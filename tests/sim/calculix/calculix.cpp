@@ -8,10 +8,12 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <numbers>
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "meshing/surface/quadratic_tets.hpp"
@@ -151,6 +153,8 @@ struct StaticCase {
     Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  // m/s2
     int pulled = 0;                                     // node that `pull` acts on
     Eigen::Vector3d pull = Eigen::Vector3d::Zero();     // newtons
+    std::vector<int> moved{};                           // other nodes, which go on by `way`, metres
+    Eigen::Vector3d way = Eigen::Vector3d::Zero();
 };
 
 /// Static displacements of the nodes under the loads, [N, 3], metres. `large`: uses Green strains for large
@@ -168,6 +172,10 @@ Nodes calculix_displacements(const ElasticBody& body, const StaticCase& load, bo
     for (int c = 0; c < 3; ++c)
         if (load.pull[c] != 0)
             fmt::format_to(out, "*CLOAD\n{}, {}, {:.12g}\n", load.pulled + 1, c + 1, load.pull[c]);
+    if (!load.moved.empty()) input += "*BOUNDARY\n";
+    for (const int node : load.moved)
+        for (int c = 0; c < 3; ++c)
+            fmt::format_to(out, "{}, {}, {}, {:.12g}\n", node + 1, c + 1, c + 1, load.way[c]);
     input += "*NODE PRINT, NSET=ALL\nU\n*END STEP\n";
 
     std::istringstream table = after(run_calculix(input), "for set ALL and time  0.1000000E+01");
@@ -178,6 +186,27 @@ Nodes calculix_displacements(const ElasticBody& body, const StaticCase& load, bo
             throw std::runtime_error(fmt::format("ccx wrote {} of {} displacements", i, u.rows()));
     }
     return u;
+}
+
+/// The same by static increments.
+Nodes balanced(const ElasticBody& elastic, const StaticCase& load, int increments) {
+    WorldConfig config{.gravity = load.gravity};
+    config.limits.stretch = std::numeric_limits<double>::infinity();
+    config.statics = StaticConfig{.tolerance = 1e-8};
+    std::vector<Grip> grips{{.nodes = load.held}};
+    if (!load.moved.empty())
+        grips.push_back({.nodes = load.moved, .motion = eased({.translation = load.way, .duration = 1})});
+    OneBodyWorld world(elastic, config, {}, std::move(grips));
+    world.steps(increments, 1.0 / increments);
+    return world.state().x - elastic.rest().X;
+}
+
+Comparison compare_balance(const std::string& quantity, const ElasticBody& elastic, const StaticCase& load) {
+    const Nodes ours = at_middles(elastic.rest(), balanced(elastic, load, 5));
+    const Nodes theirs = calculix_displacements(elastic, load, true);
+    const double largest = theirs.rowwise().norm().maxCoeff();
+    return {quantity, ours.rowwise().norm().maxCoeff(), largest,
+            (ours - theirs).rowwise().norm().maxCoeff() / largest, elastic.node_count()};
 }
 
 // A body clamped at the low end of its longest side and loaded across it.
@@ -270,6 +299,35 @@ Comparison compare_large_deflection(const Body& body, MaterialLaw law, double sh
     const double largest = theirs.rowwise().norm().maxCoeff();
     return {fmt::format("large deflection under weight ({}) [m]", name(law)),
             ours.rowwise().norm().maxCoeff(), largest, (ours - theirs).rowwise().norm().maxCoeff() / largest};
+}
+
+std::vector<Comparison> compare_static_increments() {
+    Material rubber{.young = 2e5, .poisson = 0.3, .rayleigh_mass = 0, .rayleigh_stiffness = 0};
+    rubber.law = MaterialLaw::st_venant_kirchhoff;
+    const auto body = [&](const Eigen::Vector3d& size, const Eigen::Vector3i& cells) {
+        return ElasticBody(make_quadratic(box_mesh(size, cells)), rubber);
+    };
+    const auto where = [](const ElasticBody& elastic, const auto& test) {
+        return nodes_where(elastic.rest().X, test);
+    };
+    constexpr double near = 1e-9;
+    const ElasticBody beam = body({1, 0.1, 0.1}, {16, 2, 2});
+    const StaticCase bent{.held = where(beam, [](const auto& p) { return p[0] < near; }),
+                          .gravity = {0, 0, -0.5}};
+    const ElasticBody plate = body({1, 1, 0.05}, {10, 10, 1});
+    const StaticCase sagging{.held = where(plate,
+                                           [](const auto& p) {
+                                               return p.template head<2>().minCoeff() < near ||
+                                                      p.template head<2>().maxCoeff() > 1 - near;
+                                           }),
+                             .gravity = {0, 0, -2}};
+    const ElasticBody block = body({1, 1, 0.5}, {6, 6, 4});
+    const StaticCase pressed{.held = where(block, [](const auto& p) { return p[2] < near; }),
+                             .moved = where(block, [](const auto& p) { return p[2] > 0.5 - near; }),
+                             .way = {0, 0, -0.05}};
+    return {compare_balance("static cantilever under its weight [m]", beam, bent),
+            compare_balance("static plate clamped at its edges [m]", plate, sagging),
+            compare_balance("static block pressed by a tenth [m]", block, pressed)};
 }
 
 bool calculix_installed() { return std::system("command -v ccx > /dev/null 2>&1") == 0; }

@@ -16,6 +16,7 @@ struct Comparison {
     std::string quantity;
     double ours = 0, theirs = 0;
     double difference = 0;  // relative
+    int nodes = 0;          // of the body, where the caller does not know it
 };
 
 /// The lowest elastic frequencies of the free body, Hz.
@@ -29,5 +30,9 @@ std::vector<Comparison> compare_deflections(const Body& body);
 /// The same clamp under a weight that bends the body by about `share` of its length. CalculiX's Green strains
 /// are the law of St. Venant and Kirchhoff; the corotated law is another one at large strains.
 Comparison compare_large_deflection(const Body& body, MaterialLaw law, double share = 0.2);
+
+/// Large displacements of quadratic bodies of that law by the static increments of a world, which CalculiX
+/// finds by its own: a cantilever and a plate under their weight, a block pressed between bonded plates.
+std::vector<Comparison> compare_static_increments();
 
 }  // namespace nbd::test

@@ -63,5 +63,14 @@ TEST_F(CalculiX, AgreesOnLargeDeflectionsOfStVenantKirchhoff) {
     EXPECT_LT(row.difference, 1e-5);
 }
 
+TEST_F(CalculiX, AgreesOnStaticIncrements) {
+    const auto rows = compare_static_increments();
+    ASSERT_EQ(rows.size(), 3u);
+    for (const Comparison& row : rows) {
+        EXPECT_LT(row.difference, 1e-5) << row.quantity;
+        EXPECT_GT(row.theirs, 0.04) << row.quantity;
+    }
+}
+
 }  // namespace
 }  // namespace nbd::test

@@ -284,6 +284,112 @@ TEST(Statics, ARigidBodyHangsByARope) {
     }
 }
 
+TEST(Statics, ASpringStretchesByWeightOverStiffnessWhateverItsDamping) {
+    for (const double damping : {0.0, 1e3}) {
+        TriMesh box = test::box(0.2, 0.2, 0.2, 2);
+        box.X.array() -= 0.1;
+        const Model weight(make_rigid_body("weight", std::move(box), 700), true);
+        World world(static_config());
+        world.add_body(weight.at({0, 0, 0}));
+        world.add_joint(
+            {.kind = CordJoint{.from = {0, 0, 0.1}, .to = {0, 0, 1}, .stiffness = 500, .damping = damping}});
+        ASSERT_EQ(load_up(world, 3).failure, "");
+        const double stretch = 9.81 * weight.elastic->mass() / 500;
+        EXPECT_NEAR(-centre_of_mass(*weight.elastic, world.state(0).x).z(), stretch, 1e-5 * stretch);
+    }
+}
+
+/// Two blocks on each other that a plate shears, with friction.
+World sheared_stack() {
+    static const Model block({0.2, 0.2, 0.1}, {3, 3, 2}, {.young = 1e5});
+    World world(static_config());
+    world.add_body(block.at({0, 0, 0.0502}));
+    world.add_body(block.at({0.01, 0, 0.1506}));
+    world.add_obstacle(test::floor_at(0));
+    Obstacle top{.shape = PlaneShape{.point = {0, 0, 0.201}, .normal = {0, 0, -1}}, .friction = 0.5};
+    top.motion = eased({.translation = {0.004, 0, -0.01}, .duration = 1});
+    world.add_obstacle(top);
+    return world;
+}
+
+TEST(Statics, TheSameBitsOnAnyNumberOfThreadsAndFromASnapshot) {
+    const auto run = [] {
+        World world = sheared_stack();
+        const WorldReport report = load_up(world, 4);
+        EXPECT_EQ(report.failure, "");
+        return Nodes(world.state(1).x);
+    };
+    const Nodes once = test::on_threads(1, run), again = test::on_threads(2, run);
+    EXPECT_TRUE(once == again);
+    World world = sheared_stack(), other = sheared_stack();
+    for (int k = 0; k < 2; ++k) ASSERT_EQ(world.step(0.25).failure, "");
+    other.restore(world.snapshot());
+    for (int k = 0; k < 2; ++k) ASSERT_EQ(other.step(0.25).failure, "");
+    EXPECT_TRUE(other.state(1).x == once);
+    EXPECT_EQ(other.time(), 1);
+    const double shear = force_by(other, 1, ReactionBy::obstacle, 1).x();
+    EXPECT_GT(shear, 1);
+    EXPECT_NEAR(force_by(other, 0, ReactionBy::obstacle, 0).x(), -shear, 1e-4 * shear);
+}
+
+TEST(Statics, AnIncrementIsHalvedWhereItFindsNoBalance) {
+    const Cantilever beam(1, 0.05, 20, 1e6);
+    const auto after = [&](int linearisations, int parts) {
+        WorldConfig config = static_config({0, 0, 0});
+        config.step.newton_iterations = linearisations;
+        config.step.max_substeps = parts;
+        World world(config);
+        world.add_body(beam.body(4 * beam.bending()));
+        const WorldReport report = load_up(world, 1);
+        return std::pair(report, Nodes(world.state(0).x));
+    };
+    const auto [whole, x] = after(200, 1);
+    ASSERT_EQ(whole.substeps, 1);
+    const auto [halved, y] = after(12, 8);
+    EXPECT_EQ(halved.failure, "");
+    EXPECT_GT(halved.substeps, 1);
+    EXPECT_THAT(halved.rejection, testing::HasSubstr("body 0 is out of balance by"));
+    EXPECT_LT((x - y).cwiseAbs().maxCoeff(), 1e-5);
+    const auto [failed, z] = after(2, 4);
+    EXPECT_THAT(failed.failure, testing::HasSubstr("of the load: body 0 is out of balance by"));
+    EXPECT_THAT(failed.failure, testing::HasSubstr("the increment was cut into 4 parts"));
+    EXPECT_TRUE(z == beam.model.body.tets.X);
+}
+
+TEST(Statics, ABodyThatATorqueTurnsIsHeldByNothing) {
+    const Model block({1, 1, 1}, {2, 2, 2}, {.young = 1e6});
+    World world(static_config({0, 0, 0}));
+    WorldBody body = block.at({0, 0, 0});
+    body.loads.push_back({.kind = LoadKind::torque, .value = {0, 0, 10}});
+    world.add_body(body);
+    EXPECT_THAT(load_up(world, 1).failure, testing::HasSubstr("nothing holds body 0"));
+}
+
+/// A closed surface under pressure from all sides shrinks by p (1 - 2 nu) / E.
+TEST(Statics, PressureShrinksABlockEvenly) {
+    const Model block({0.1, 0.1, 0.1}, {2, 2, 2}, {.young = 1e6, .poisson = 0.3});
+    World world(static_config({0, 0, 0}, 1e-8));
+    WorldBody body = block.at({0, 0, 0});
+    body.loads.push_back({.kind = LoadKind::pressure, .pressure = 1e3});
+    world.add_body(body);
+    ASSERT_EQ(load_up(world, 2).failure, "");
+    const Nodes& x = world.state(0).x;
+    const double shrunk = 1 - (x.col(0).maxCoeff() - x.col(0).minCoeff()) / 0.1;
+    EXPECT_NEAR(shrunk, 1e3 * 0.4 / 1e6, 2e-6);  // the area shrinks, too
+}
+
+TEST(Statics, ABodyComesBackWhereItsLoadGoes) {
+    const Cantilever beam(1, 0.05, 20, 1e6);
+    World world(static_config({0, 0, 0}));
+    WorldBody body = beam.body(4 * beam.bending());
+    body.loads[0].factor = {.times = {0, 0.5, 1}, .values = {0, 1, 0}};
+    world.add_body(body);
+    for (int k = 0; k < 2; ++k) ASSERT_EQ(world.step(0.25).failure, "");
+    EXPECT_LT(beam.way(world).z(), -0.6);
+    for (int k = 0; k < 2; ++k) ASSERT_EQ(world.step(0.25).failure, "");
+    EXPECT_LT(beam.way(world).norm(), 1e-5);
+}
+
 TEST(Statics, BadTolerancesAreRefused) {
     for (const double tolerance : {0.0, 1.0, double(NAN)})
         EXPECT_THAT(test::error_of([&] {
