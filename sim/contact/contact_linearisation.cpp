@@ -26,6 +26,7 @@ void ContactSolver::set_first_operator(std::size_t contact, const Eigen::VectorX
         push_[contact].setZero();
         return;
     }
+    if (tangents_) return set_tangent(contact, impulse, slides_[contact].most, slides_[contact].slip);
     set_operator(contact, impulse,
                  c.friction * impulse.normal / std::max(c.slip(u, dt_).norm(), c.full_slip(dt_)));
 }
@@ -34,6 +35,7 @@ void ContactSolver::linearise(const Eigen::VectorXd& v) {
     releases_.assign(contacts_.size(), 0);
     drags_.assign(contacts_.size(), {});
     drags_before_.assign(contacts_.size(), {});
+    slides_.assign(contacts_.size(), {});
     linearise(v, false, true);
 }
 
@@ -109,6 +111,11 @@ void ContactSolver::linearise(const Eigen::VectorXd& v, bool solved, bool renews
             push_[c].setZero();
             continue;
         }
+        if (tangents_) {
+            if (!pressed) slides_[c] = {.most = rub.most, .slip = rub.slip};
+            set_tangent(c, rub.impulse, slides_[c].most, slides_[c].slip);
+            continue;
+        }
         const double slip = rub.slip.norm();
         drags_[c].slip = slip;
         if (pressed &&
@@ -168,6 +175,21 @@ void ContactSolver::set_operator(std::size_t contact, const ContactImpulse& impu
     push_[contact] =
         impulse.push * n + A * contacts_[contact].wall_velocity - drag / dt_ * contacts_[contact].stretch;
     drags_[contact].drag = drag;
+}
+
+/// Friction of at most `most` at a slip and about it: how it turns with the slip, and no change of its size
+/// where the contact slides.
+void ContactSolver::set_tangent(std::size_t contact, const ContactImpulse& impulse, double most,
+                                const Eigen::Vector3d& slip) {
+    const Contact& c = contacts_[contact];
+    const double speed = slip.norm();
+    const double drag = most / std::max(speed, c.full_slip(dt_));
+    set_operator(contact, impulse, drag);
+    if (speed <= c.full_slip(dt_)) return;
+    const Eigen::Vector3d along = slip / speed;
+    const Eigen::Matrix3d less = drag * along * along.transpose();
+    operators_[contact].A -= less;
+    push_[contact] += less * (c.stretch / dt_ - c.wall_velocity) - most * along;
 }
 
 /// The drag for a friction of `most`. Where nothing else changes, 1 / slip is linear in the drag: the last

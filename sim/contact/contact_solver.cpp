@@ -21,12 +21,13 @@ constexpr double passed_by = 0.1;    // slope of the potential at the end of a p
 
 void ContactSolver::begin(std::span<const Contact> contacts, std::span<const Bond> bonds,
                           std::span<const ContactShape* const> shapes, std::span<const int> first_unknown,
-                          double tolerance, const TimeStep& step, const Eigen::VectorXd& v,
-                          bool each_contact) {
+                          double tolerance, const TimeStep& step, const Eigen::VectorXd& v, bool each_contact,
+                          bool tangents) {
     shapes_ = shapes;
     first_unknown_ = first_unknown;
     settled_share_ = tolerance;
     each_contact_ = each_contact;
+    tangents_ = tangents;
     dt_ = step.dt;
     velocity_factor_ = step.velocity_factor;
     start_ = v;

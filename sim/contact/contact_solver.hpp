@@ -60,10 +60,13 @@ class ContactSolver {
     /// place), give the first guess of how they press and slip. shapes: one per body. first_unknown: start of
     /// each body's velocities in the stacked vector, then its length. tolerance: see ContactConfig.
     /// each_contact: whether friction must be right at each contact rather than between each two bodies, as
-    /// Newton's iteration needs it, whose residual has all of them. All arguments must outlive solve().
+    /// Newton's iteration needs it, whose residual has all of them. tangents: whether a contact that slides
+    /// has the tangent of its friction, with the normal impulse at v, instead of a drag: solves are then
+    /// steps of Newton's method in the slip. All arguments but these two must outlive solve().
     void begin(std::span<const Contact> contacts, std::span<const Bond> bonds,
                std::span<const ContactShape* const> shapes, std::span<const int> first_unknown,
-               double tolerance, const TimeStep& step, const Eigen::VectorXd& v, bool each_contact);
+               double tolerance, const TimeStep& step, const Eigen::VectorXd& v, bool each_contact,
+               bool tangents = false);
     /// Others for the same step, as seen from its iterate v.
     void set_contacts(std::span<const Contact> contacts, std::span<const Bond> bonds,
                       const Eigen::VectorXd& v);
@@ -163,6 +166,8 @@ class ContactSolver {
     std::vector<Touch> touches(const Eigen::VectorXd& v, std::span<const std::optional<RigidMatrix>> inertia,
                                const BodyPositions& at) const;
     void set_operator(std::size_t contact, const ContactImpulse& impulse, double drag);
+    void set_tangent(std::size_t contact, const ContactImpulse& impulse, double most,
+                     const Eigen::Vector3d& slip);
     double next_drag(std::size_t contact, double most, double slip) const;
     Eigen::VectorXd impulses(const Eigen::VectorXd& v, bool held, bool of_step_alone = false) const;
     bool acts_at_end(std::size_t index) const {
@@ -183,7 +188,7 @@ class ContactSolver {
     std::span<const ContactShape* const> shapes_;
     std::span<const int> first_unknown_;
     double settled_share_ = 0, dt_ = 0, velocity_factor_ = 1;
-    bool each_contact_ = false;
+    bool each_contact_ = false, tangents_ = false;
     std::vector<std::array<int, 2>> pairs_;  // bodies of contacts, the larger first; -1: the obstacles
     std::vector<std::size_t> pair_of_;       // [contacts + bonds]
     ContactTerms terms_;
@@ -196,6 +201,12 @@ class ContactSolver {
     struct Drag {
         double drag = 0, slip = 0;  // kg, m/s
     };
+    /// Friction whose tangent a contact has.
+    struct Slide {
+        double most = 0;                                 // N s
+        Eigen::Vector3d slip = Eigen::Vector3d::Zero();  // m/s
+    };
+    std::vector<Slide> slides_;               // [contacts]
     std::vector<Drag> drags_, drags_before_;  // [contacts] of the last two solves; slip 0: not known
     double tolerance_;                        // of the linear solves, relative to yielding_scales_
     Eigen::VectorXd start_;                   // velocities before the step

@@ -1,6 +1,7 @@
 // Static increments: the pose in which all forces on the bodies are in balance.
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -16,7 +17,7 @@ namespace nbd {
 namespace {
 
 constexpr double free_way = 0.5;    // of its size, by which a body that nothing holds moves at a time
-constexpr double most_way = 10;     // likewise, in all, before it is taken to be held by nothing
+constexpr double most_way = 4;      // likewise, in all, before it is taken to be held by nothing
 constexpr double least_net = 0.01;  // of the forces on a body, with which it moves off
 // Of the stiffness of a body: with what it is kept in place, where some of its nodes are held or none.
 constexpr double held_hold = 1e-10, free_hold = 1e-7;
@@ -91,7 +92,9 @@ std::vector<World::Imbalance> World::imbalances(double dt, const Eigen::VectorXd
                 (body.elastic->node_masses()[i] * outer.gravity.transpose() + outer.forces.row(i)).norm();
         }
         of.scale = std::max(loads, supports);
-        of.net = force.norm() + torque.norm() / body.shape->rest_diagonal;
+        const Eigen::Matrix3d inertia = rigid_inertia(*body.elastic, x).bottomRightCorner<3, 3>();
+        of.net = force.norm() +
+                 2 * body.elastic->mass() * inertia.ldlt().solve(torque).norm() * body.shape->rest_diagonal;
     }
     return all;
 }
@@ -112,7 +115,7 @@ bool World::Caution::takes_more_hold(bool was_exact, double imbalance) noexcept 
 bool World::Caution::goes_on(bool was_exact, double imbalance, bool went_far) noexcept {
     constexpr double factor = 16, most = 1e12;
     if (went_far)
-        less_way = std::max(less_way / factor, 1.0);
+        less_way = std::max(4 * less_way / factor, 1.0);
     else if (was_exact)
         exact_below = exact_again * imbalance;
     else
@@ -166,7 +169,7 @@ World::Rejection World::balance(const StepPart& part, Eigen::VectorXd& v, WorldR
             solver_.set_contacts(contacts_, bonds_, v);
         else
             solver_.begin(contacts_, bonds_, shapes, first_unknown_, config_.contact.tolerance, step_, v,
-                          true);
+                          true, true);
         std::vector<Imbalance> now =
             timed(report.assemble_us, [&] { return imbalances(dt, v, given, k > 0); });
         for (std::size_t b = 0; b < now.size(); ++b) now[b].scale = std::max(now[b].scale, begun[b]);
@@ -174,6 +177,7 @@ World::Rejection World::balance(const StepPart& part, Eigen::VectorXd& v, WorldR
         report.imbalance = now[worst].share();
         left = fmt::format("{} is out of balance by {:.2g} of the forces on it", bodies_[worst].name,
                            report.imbalance);
+        if (now[worst].net > least_net * now[worst].scale) left += ", and maybe nothing holds it";
         if (k > 0 && progress == 1 && report.imbalance <= config_.statics->tolerance) {
             report.contacts_settled = report.solver_converged = true;
             return {};

@@ -253,7 +253,9 @@ double World::propose(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd
 double World::search_line(const Eigen::VectorXd& v, const Eigen::VectorXd& to, double share) {
     const auto potentials = [&](double s) {  // of the barrier, friction and each body
         const Eigen::VectorXd at_s = v + s * (to - v);
-        std::vector<double> terms{barrier().energy(s), solver_.friction_potential(at_s, to),
+        // Of statics for the normal forces at v, as their solves have them.
+        std::vector<double> terms{barrier().energy(s),
+                                  solver_.friction_potential(at_s, config_.statics ? v : to),
                                   solver_.bond_potential(at_s)};
         for (int b = 0; b < body_count() && std::isfinite(terms.front()); ++b) {
             const Loads outer = end_loads(at(b));

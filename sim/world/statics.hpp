@@ -8,7 +8,8 @@ namespace nbd {
 /// nothing is damped.
 struct StaticConfig {
     // Sum of the forces on a body's nodes that are out of balance at the end of an increment, relative to
-    // that of its loads or of what supports it, whichever is larger.
+    // that of its loads, of what supports it, or of its elasticity before the increment, whichever is
+    // largest.
     double tolerance = 1e-6;
 };
 

@@ -17,7 +17,7 @@ namespace {
 /// The linear solves must be more accurate than Newton's tolerance, or the iteration cannot reach it.
 LinearSolveConfig linear_config(const WorldConfig& config) {
     LinearSolveConfig linear = config.linear;
-    if (config.statics) linear.tolerance = std::min(linear.tolerance, 0.01 * config.statics->tolerance);
+    if (config.statics) linear.tolerance = std::min(linear.tolerance, 1e-4 * config.statics->tolerance);
     if (config.step.newton_iterations > 1)
         linear.tolerance = std::min(linear.tolerance, 0.1 * config.step.newton_tolerance);
     return linear;
@@ -47,7 +47,7 @@ World::World(const WorldConfig& config)
         check_static_config(*config.statics);
         config_.step.integrator = TimeIntegrator::backward_euler;
         if (config.step.newton_iterations == 1) config_.step.newton_iterations = static_iterations;
-        config_.contact.tolerance = std::min(config.contact.tolerance, 0.01 * config.statics->tolerance);
+        config_.contact.tolerance = std::min(config.contact.tolerance, 1e-4 * config.statics->tolerance);
     }
     const auto& [times, values] = config.gravity_keys;
     bool is_in_order = times.size() == values.size();

@@ -362,7 +362,7 @@ TEST(Statics, ABodyThatATorqueTurnsIsHeldByNothing) {
     WorldBody body = block.at({0, 0, 0});
     body.loads.push_back({.kind = LoadKind::torque, .value = {0, 0, 10}});
     world.add_body(body);
-    EXPECT_THAT(load_up(world, 1).failure, testing::HasSubstr("nothing holds body 0"));
+    EXPECT_THAT(load_up(world, 1).failure, testing::ContainsRegex("nothing holds (body 0|it)"));
 }
 
 /// A closed surface under pressure from all sides shrinks by p (1 - 2 nu) / E.
@@ -374,7 +374,10 @@ TEST(Statics, PressureShrinksABlockEvenly) {
     world.add_body(body);
     ASSERT_EQ(load_up(world, 2).failure, "");
     const Nodes& x = world.state(0).x;
-    const double shrunk = 1 - (x.col(0).maxCoeff() - x.col(0).minCoeff()) / 0.1;
+    const auto spread = [](const Nodes& nodes) {  // which does not change where the block turns
+        return (nodes.rowwise() - nodes.colwise().mean()).norm();
+    };
+    const double shrunk = 1 - spread(x) / spread(block.body.tets.X);
     EXPECT_NEAR(shrunk, 1e3 * 0.4 / 1e6, 2e-6);  // the area shrinks, too
 }
 
