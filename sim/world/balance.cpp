@@ -21,6 +21,7 @@ constexpr double most_way = 4;      // likewise, in all, before it is taken to b
 constexpr double least_net = 0.01;  // of the forces on a body, with which it moves off
 // Of the stiffness of a body: with what it is kept in place, where some of its nodes are held or none.
 constexpr double held_hold = 1e-10, free_hold = 1e-7;
+constexpr double least_tangents = 0.01;  // imbalance below which friction has its tangents
 constexpr double least_step = 1e-9;      // share of a linearisation that counts as motion
 constexpr double cautious_share = 0.25;  // of a linearisation, below which the next goes less far
 
@@ -165,11 +166,9 @@ World::Rejection World::balance(const StepPart& part, Eigen::VectorXd& v, WorldR
         stop_if_asked();
         timed(report.detect_us, [&] { contacts_ = contacts_at(dt, v, share, progress, shapes); });
         find_bonds(dt, v);
-        if (k > 0)
-            solver_.set_contacts(contacts_, bonds_, v);
-        else
-            solver_.begin(contacts_, bonds_, shapes, first_unknown_, config_.contact.tolerance, step_, v,
-                          true, true);
+        // Far from balance, friction of a size that does not change with the slip would push bodies away.
+        solver_.begin(contacts_, bonds_, shapes, first_unknown_, config_.contact.tolerance, step_, v, true,
+                      k > 0 && report.imbalance < least_tangents);
         std::vector<Imbalance> now =
             timed(report.assemble_us, [&] { return imbalances(dt, v, given, k > 0); });
         for (std::size_t b = 0; b < now.size(); ++b) now[b].scale = std::max(now[b].scale, begun[b]);
