@@ -21,7 +21,7 @@ constexpr double most_way = 4;      // likewise, in all, before it is taken to b
 constexpr double least_net = 0.01;  // of the forces on a body, with which it moves off
 // Of the stiffness of a body: with what it is kept in place, where some of its nodes are held or none.
 constexpr double held_hold = 1e-10, free_hold = 1e-7;
-constexpr double least_tangents = 0.01;  // imbalance below which friction has its tangents
+constexpr double least_tangents = 0.1;   // imbalance below which friction has its tangents
 constexpr double least_step = 1e-9;      // share of a linearisation that counts as motion
 constexpr double cautious_share = 0.25;  // of a linearisation, below which the next goes less far
 
