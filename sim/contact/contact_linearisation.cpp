@@ -35,7 +35,7 @@ void ContactSolver::linearise(const Eigen::VectorXd& v) {
     releases_.assign(contacts_.size(), 0);
     drags_.assign(contacts_.size(), {});
     drags_before_.assign(contacts_.size(), {});
-    slides_.assign(contacts_.size(), {});
+    if (tangents_) slides_.assign(contacts_.size(), {});
     linearise(v, false, true);
 }
 
