@@ -136,6 +136,9 @@ SceneTrajectories::SceneTrajectories(SceneTemplate scene, const SceneDataset& co
     // What would be noticed in every trajectory is told here, once.
     const SceneSpec first = scene_of(scene_.draw(config.seed, 0));
     for (const SceneObstacle& obstacle : first.obstacles) make_obstacle(obstacle);
+    if (first.time.statics)
+        throw std::invalid_argument(
+            "time.static: seeks a balance, but the poses of a dataset are those of motion; allowed: steps in time");
     const NoNotices told;
     find_recorded(first);
     std::set<std::filesystem::path> inputs;

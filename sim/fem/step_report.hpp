@@ -13,6 +13,7 @@ enum class StepTrouble {
     linear_solver,   // a linear system was not solved to its tolerance
     newton,          // Newton's iteration did not reach balance
     contact_passes,  // the passes that settle which contacts press and slip ran out
+    joint,           // a joint gives by more than JointBonds::most_give()
     inverted,        // tetrahedra are inside out at the end of the step
 };
 
@@ -83,8 +84,8 @@ inline constexpr StepNumber step_numbers[] = {
     {"inverted_elements", "", "tetrahedra that are inside out at the end of the step",
      &StepReport::inverted_elements},
     {"trouble", "",
-     "what went wrong first although the end was kept: approach, linear_solver, newton, contact_passes or "
-     "inverted; the last two only if there was no other",
+     "what went wrong first although the end was kept: approach, linear_solver, newton, contact_passes, "
+     "joint or inverted; the last three only if there was no other",
      &StepReport::trouble},
     {"least_distance", "m",
      "of two features nearer than the contact distance at the end of the step; infinite if there are none",

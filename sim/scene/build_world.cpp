@@ -285,6 +285,9 @@ WorldBody make_world_body(const SceneBody& spec, const LoadedBody& loaded,
     return result;
 }
 
+namespace {
+
+/// The joint, with the places of a weld.
 Joint make_joint(const SceneJoint& spec, const World& world) {
     Joint joint = spec.joint;
     auto* weld = std::get_if<WeldJoint>(&joint.kind);
@@ -308,6 +311,17 @@ Joint make_joint(const SceneJoint& spec, const World& world) {
         throw std::invalid_argument(fmt::format(
             "{}.weld.region: holds places on one line, about which the two would turn", spec.key));
     return joint;
+}
+
+}  // namespace
+
+void add_joint(const SceneJoint& spec, World& world) {
+    Joint joint = make_joint(spec, world);
+    try {
+        world.add_joint(std::move(joint));
+    } catch (const std::invalid_argument& error) {
+        throw std::invalid_argument(fmt::format("{}: {}", spec.key, error.what()));
+    }
 }
 
 Obstacle make_obstacle(const SceneObstacle& spec) {
@@ -402,7 +416,7 @@ World build_world(const SceneSpec& given, std::span<const LoadedBody> bodies, st
         }
     }
     for (const ScenePair& pair : spec.pairs) world.set_pair(pair.a, pair.b, pair.rule);
-    for (const SceneJoint& joint : spec.joints) world.add_joint(make_joint(joint, world));
+    for (const SceneJoint& joint : spec.joints) add_joint(joint, world);
     if (moves)
         *moves = move_apart(spec, world);
     else if (spec.resolve_start)

@@ -41,8 +41,9 @@ void check_loads(const SceneBody& spec, const WorldBody& body);
 /// What is wrong with a grip that holds nodes of another one at a time, seconds. Both by their keys.
 std::string at_odds_text(const std::string& grip, const std::string& other, double time);
 
-/// The joint, with the places of a weld. Throws std::invalid_argument where the region of a weld holds none.
-Joint make_joint(const SceneJoint& spec, const World& world);
+/// Adds the joint, with the places of a weld. Throws std::invalid_argument, its JSON path first, for what the
+/// world refuses, and where the region of a weld holds no places.
+void add_joint(const SceneJoint& spec, World& world);
 
 /// Makes an obstacle; reads its mesh if it has one, and turns its faces outward where they are not, with a
 /// notice(). Throws std::invalid_argument or std::runtime_error if the mesh cannot be used.

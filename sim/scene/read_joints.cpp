@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <numbers>
+#include <set>
 
 #include "sim/scene/read_parts.hpp"
 
@@ -74,11 +75,14 @@ void read_kind(JsonObject& from, SceneJoint& result) {
 std::vector<SceneJoint> read_joints(JsonObject& from, const SceneSpec& spec) {
     const SceneNames names(spec);
     std::vector<SceneJoint> joints;
+    std::set<std::string> taken;
     for (JsonObject& entry : from.objects("joints")) {
         SceneJoint& result = joints.emplace_back();
         result.key = entry.path("");
         result.joint.name = entry.text("name", "");
         if (result.joint.name.empty()) result.joint.name = result.key;
+        if (!taken.insert(result.joint.name).second)
+            entry.problem("name", fmt::format("\"{}\" is the name of another joint", result.joint.name));
         const std::string who = entry.need_one({"bodies", "body"});
         if (who == "bodies") {
             if (const std::vector<std::string> two = entry.texts("bodies", 2); !two.empty()) {

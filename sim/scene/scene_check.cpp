@@ -204,7 +204,7 @@ class SceneCheck {
         local.joint.a = party_in_world_[joint.a];
         if (joint.b >= 0) local.joint.b = party_in_world_[joint.b];
         try {
-            world_.add_joint(make_joint(local, world_));
+            add_joint(local, world_);
         } catch (const std::invalid_argument& error) {
             findings_.problems.push_back(error.what());
         }

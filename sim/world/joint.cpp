@@ -184,7 +184,7 @@ NodeHold node_hold(const ElasticBody& body) {
 JointBonds::JointBonds(Joint joint, int number, std::span<const ElasticBody* const> bodies,
                        std::span<const Nodes> x, std::span<const std::shared_ptr<const NodeHold>> holds,
                        double size)
-    : joint_(std::move(joint)), number_(number) {
+    : joint_(std::move(joint)), number_(number), size_(size) {
     width_ = joint_.width > 0 ? joint_.width : size / 10;
     holds_[0] = holds[joint_.a];
     if (joint_.b >= 0) holds_[1] = holds[joint_.b];

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <limits>
 #include <memory>
@@ -97,6 +98,10 @@ class JointBonds {
 
     const Joint& joint() const noexcept { return joint_; }
 
+    /// By how much its points may be apart, metres: a hundredth of the smaller body, and a twentieth of the
+    /// width of what holds a hinge or slider, which is 3 degrees. Beyond, its motion is not that of a joint.
+    double most_give() const noexcept { return std::min(size_ / 100, width_ / 20); }
+
     /// Adds the bonds for a step of length dt that ends at `time`, linearised where the nodes are at x.
     /// Bond::difference is that at x.
     void add(std::span<const Nodes> x, double time, double dt, std::vector<Bond>& bonds) const;
@@ -130,6 +135,7 @@ class JointBonds {
 
     Joint joint_;
     int number_;
+    double size_;  // of the smaller of its bodies, metres
     double width_ = 0;
     std::vector<CarriedPoint> on_a_, on_b_;  // points that hold each other; of b none where it is the world
     std::vector<Eigen::Vector3d> in_world_;  // instead

@@ -185,4 +185,24 @@ void World::break_joints(double dt, const Eigen::VectorXd& v) {
         }
 }
 
+/// Which joint is not what it should be at the end of a part; empty: none. v: its solution.
+std::string World::joint_fault(double dt, const Eigen::VectorXd& v) const {
+    ContactTerms terms;
+    for (std::size_t k = 0; k < bonds_.size(); ++k) {
+        const Bond& bond = bonds_[k];
+        terms.add(bond, first_unknown_);
+        const double stiffness = std::max(bond.law.stiffness, bond.law.K.norm());
+        if (bond.is_spring || broken_[bond.joint] || !(stiffness > 0)) continue;
+        const double gives =
+            bond.law.at(bond.difference + dt * terms.velocity(k, v)).gradient.norm() / stiffness;
+        const JointBonds& joint = joints_[bond.joint];
+        if (gives > joint.most_give())
+            return fmt::format(
+                "joint \"{}\" gives by {:.3g} m, more than {:.3g} m: it bears too much, or contradicts another "
+                "joint or a grip",
+                joint.joint().name, gives, joint.most_give());
+    }
+    return {};
+}
+
 }  // namespace nbd

@@ -414,6 +414,7 @@ class World {
                              std::span<const Eigen::Vector3d> more, const BodyPositions& middles,
                              const BodyPositions& ends);
     void break_joints(double dt, const Eigen::VectorXd& v);
+    std::string joint_fault(double dt, const Eigen::VectorXd& v) const;
 
     // solve.cpp
     std::vector<Nodes> nodes_now() const;

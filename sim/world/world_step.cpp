@@ -278,6 +278,11 @@ World::Rejection World::try_part(const StepPart& part, WorldReport& report) {
             return {.reason = failure, .fatal = true};
         friction_memory_.remember(solver_.rubbed(v));
         if (is_solved) break_joints(part.dt, v);  // else impulses are noise
+        if (const std::string fault = joint_fault(part.dt, v);
+            !fault.empty() && report.trouble == StepTrouble::none) {
+            report.trouble = StepTrouble::joint;
+            report.trouble_reason = fmt::format("{}: {}", when(part.end), fault);
+        }
     } catch (const std::runtime_error& error) {
         return {.reason = error.what(), .fatal = true};
     }

@@ -1,13 +1,16 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "meshing/body/rigid_body.hpp"
 #include "sim/world/grip.hpp"
 #include "sim/world/world.hpp"
+#include "tests/meshing/shapes.hpp"
 #include "tests/sim/world/box_model.hpp"
 #include "tests/support/error_of.hpp"
 
@@ -165,11 +168,41 @@ TEST(StepTrouble, AFailureLeavesTheEnergyOfTheBodiesBeforeIt) {
     EXPECT_NE(world.step(1e-3).elastic_energy, before);
 }
 
+/// Two motors that turn a bar in opposite ways cannot both have it; one alone does.
+TEST(StepTrouble, JointsThatContradictAreTold) {
+    for (const double size : {0.01, 1.0, 100.0})
+        for (const bool contradict : {false, true}) {
+            SCOPED_TRACE(testing::Message() << size << ' ' << contradict);
+            TriMesh box = test::box(size, size / 10, size / 10, 2);
+            const test::Model bar(make_rigid_body("bar", std::move(box), 1000), true);
+            World world(WorldConfig{});
+            world.add_body(bar.at(Eigen::Vector3d::Zero()));
+            const double second = std::sqrt(size);
+            for (const double angle : {0.5, -0.5})
+                if (angle > 0 || contradict)
+                    world.add_joint({.name = angle > 0 ? "up" : "down",
+                                     .kind = HingeJoint{
+                                         .axis = Eigen::Vector3d::UnitY(),
+                                         .angle = {.motor = {.times = {0, second}, .values = {0, angle}}}}});
+            StepTrouble trouble = StepTrouble::none;
+            std::string reason;
+            while (world.time() < 0.5 * second && trouble == StepTrouble::none) {
+                const WorldReport report = world.step(0.01 * second);
+                ASSERT_EQ(report.failure, "");
+                trouble = report.trouble;
+                reason = report.trouble_reason;
+            }
+            EXPECT_EQ(trouble, contradict ? StepTrouble::joint : StepTrouble::none) << reason;
+            EXPECT_EQ(reason.find("contradicts another joint") != std::string::npos, contradict) << reason;
+        }
+}
+
 TEST(StepTrouble, NamesAreUnique) {
     EXPECT_STREQ(name(StepTrouble::none), "");
     std::set<std::string> names;
-    for (const StepTrouble trouble : {StepTrouble::approach, StepTrouble::linear_solver, StepTrouble::newton,
-                                      StepTrouble::contact_passes, StepTrouble::inverted}) {
+    for (const StepTrouble trouble :
+         {StepTrouble::approach, StepTrouble::linear_solver, StepTrouble::newton, StepTrouble::contact_passes,
+          StepTrouble::joint, StepTrouble::inverted}) {
         EXPECT_FALSE(std::string(name(trouble)).empty());
         EXPECT_TRUE(names.insert(name(trouble)).second) << name(trouble);
     }
