@@ -8,8 +8,11 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <vector>
+
+#include "meshing/surface/shells.hpp"
 
 namespace nbd {
 namespace {
@@ -85,9 +88,10 @@ double remeshed_faces(const TriMesh& surface, double edge) {
     return area(surface.X, surface.F) / (std::sqrt(3) / 4 * edge * edge);
 }
 
-TriMesh remesh(const TriMesh& surface, double edge) {
-    if (!(edge > 0) || !std::isfinite(edge))
-        throw std::invalid_argument(fmt::format("an edge of {} m; allowed: more than 0", edge));
+namespace {
+
+/// Of one shell; empty where triangles with such edges do not follow it.
+std::optional<TriMesh> remeshed_shell(const TriMesh& surface, double edge) {
     constexpr double sharp = 50;  // degrees
     namespace pmp = CGAL::Polygon_mesh_processing;
     Mesh mesh = to_cgal(surface);
@@ -102,10 +106,33 @@ TriMesh remesh(const TriMesh& surface, double edge) {
     TriMesh result = from_cgal(mesh);
     constexpr double least_volume = 0.5;  // of the surface's, where triangles still follow its shape
     const double wanted = enclosed_volume(surface);
-    if (result.F.rows() < 4 || !(enclosed_volume(result) > least_volume * wanted))
-        throw std::invalid_argument(
-            fmt::format("triangles with edges of {:.3g} m do not follow the surface", edge));
+    if (result.F.rows() < 4 || !(enclosed_volume(result) / wanted > least_volume)) return {};
     reach_volume(result, wanted);
+    return result;
+}
+
+void append(TriMesh& mesh, const TriMesh& more) {
+    const Eigen::Index vertices = mesh.X.rows(), faces = mesh.F.rows();
+    mesh.X.conservativeResize(vertices + more.X.rows(), 3);
+    mesh.X.bottomRows(more.X.rows()) = more.X;
+    mesh.F.conservativeResize(faces + more.F.rows(), 3);
+    mesh.F.bottomRows(more.F.rows()) = more.F.array() + static_cast<int>(vertices);
+}
+
+}  // namespace
+
+TriMesh remesh(const TriMesh& surface, double edge) {
+    if (!(edge > 0) || !std::isfinite(edge))
+        throw std::invalid_argument(fmt::format("an edge of {} m; allowed: more than 0", edge));
+    TriMesh result{Nodes(0, 3), Faces(0, 3)};
+    for (const Shell& shell : shells_of(surface.X, surface.F)) {
+        const TriMesh part = part_of(surface.X, surface.F, shell.faces);
+        const std::optional<TriMesh> covered = remeshed_shell(part, edge);
+        if (!covered && shell.volume > 0)
+            throw std::invalid_argument(
+                fmt::format("triangles with edges of {:.3g} m do not follow the surface", edge));
+        append(result, covered ? *covered : part);
+    }
     return result;
 }
 

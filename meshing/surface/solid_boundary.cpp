@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <numeric>
 #include <span>
@@ -188,12 +189,16 @@ SolidBoundary make_solid_boundary(TriMesh mesh, const SolidBoundaryConfig& confi
         ++(component.depth % 2 == 1 ? report.cavities : report.shells);
         report.volume += component.volume;
     }
-    if (components.size() > 1 && !config.allow_components)
+    if (report.shells > 1 && !config.allow_components) {
+        const auto is_shell = [](const Component& component) { return component.depth % 2 == 0; };
+        const auto first = std::ranges::find_if(components, is_shell);
+        const auto second = std::find_if(std::next(first), components.end(), is_shell);
         throw std::invalid_argument(
-            fmt::format("the surface has {} components ({} and {}; the second starts at face {}), "
-                        "but a body must be one shell",
+            fmt::format("the surface has {} components ({} and {}; the second shell starts at face {}), "
+                        "but a body must be one shell, with or without cavities",
                         components.size(), counted(report.shells, "shell", "shells"),
-                        counted(report.cavities, "cavity", "cavities"), components[1].faces.front()));
+                        counted(report.cavities, "cavity", "cavities"), second->faces.front()));
+    }
     report.area = area(mesh.X, mesh.F);
     for (int f = 0; f < mesh.F.rows(); ++f) report.turned_faces += mesh.F.row(f) != given.row(f);
     return {std::move(mesh), report};

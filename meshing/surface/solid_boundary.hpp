@@ -14,9 +14,9 @@ enum class Containment { none, some_parts, whole };
 /// has open edges or edges of more than two faces, as it has no inside. Surfaces that meet: not defined.
 Containment containment(const TriMesh& inner, const TriMesh& outer);
 
-/// Deviations to allow from one closed shell free of self-intersections.
+/// Deviations to allow from one closed shell, with or without cavities, free of self-intersections.
 struct SolidBoundaryConfig {
-    bool allow_components = false;  // allow several shells, and cavities in them
+    bool allow_components = false;  // allow several shells, side by side or in each other's cavities
     bool allow_self_intersection = false;
 };
 
@@ -46,7 +46,7 @@ struct SolidBoundary {
 /// Keeps the order of faces and turns them where needed: shells outward, cavities into their hollow. A
 /// component inside an odd number of others is a cavity. Throws std::invalid_argument as check_surface()
 /// does, for a one-sided surface or a component without volume, and, unless allowed, for self-intersection
-/// (naming the first pair of faces) or several components.
+/// (naming the first pair of faces) or several shells.
 SolidBoundary make_solid_boundary(TriMesh mesh, const SolidBoundaryConfig& config = {});
 
 /// Makes the faces of a closed surface agree and turns its parts outward: those in a hollow of others into

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <mutex>
 #include <numeric>
 #include <stdexcept>
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "meshing/progress/progress.hpp"
+#include "meshing/surface/shells.hpp"
 
 namespace nbd {
 namespace {
@@ -59,21 +61,41 @@ double unit_scale(const Nodes& X) {
     return side > 0 && std::isfinite(side) ? std::exp2(-std::ilogb(side)) : 1;
 }
 
+/// The surface as gmsh has it.
+struct Loops {
+    std::vector<int> tags;  // of a loop for each shell: first the outer one, then those of its cavities
+    std::vector<int> rows;  // of X, of the vertices in the order of gmsh's tags, which begin with 1
+};
+
+/// X: the vertices, scaled. gmsh numbers all nodes anew, shell by shell, so that they get such tags at once.
+Loops add_loops(const TriMesh& surface, const Nodes& X) {
+    std::vector<Shell> shells = shells_of(X, surface.F);
+    std::ranges::stable_sort(shells, std::ranges::greater{}, &Shell::volume);
+    Loops loops;
+    for (const Shell& shell : shells) {
+        std::vector<int> rows;
+        const TriMesh part = part_of(X, surface.F, shell.faces, &rows);
+        std::vector<std::size_t> tags(rows.size()), corners(part.F.size());
+        const std::size_t first = 1 + loops.rows.size();
+        std::iota(tags.begin(), tags.end(), first);
+        std::ranges::transform(part.F.reshaped<Eigen::RowMajor>(), corners.begin(),
+                               [&](int v) { return first + v; });
+        const std::vector<double> coordinates(part.X.data(), part.X.data() + part.X.size());
+        const int entity = gmsh::model::addDiscreteEntity(2);
+        gmsh::model::mesh::addNodes(2, entity, tags, coordinates);
+        gmsh::model::mesh::addElementsByType(entity, 2, {}, corners);
+        loops.tags.push_back(gmsh::model::geo::addSurfaceLoop({entity}));
+        loops.rows.insert(loops.rows.end(), rows.begin(), rows.end());
+    }
+    return loops;
+}
+
 TetMesh run_gmsh(const TriMesh& surface, const SizeField& size, double scale) {
     const GmshSession session;
-    const std::size_t n = surface.X.rows();
-    std::vector<std::size_t> tags(n), corners(surface.F.size());
-    std::iota(tags.begin(), tags.end(), std::size_t{1});
-    std::ranges::transform(surface.F.reshaped<Eigen::RowMajor>(), corners.begin(),
-                           [](int v) { return std::size_t{1} + v; });
     const Nodes scaled = surface.X * scale;
-    const std::vector<double> coordinates(scaled.data(), scaled.data() + scaled.size());
-
     gmsh::model::add("volume");
-    const int shell = gmsh::model::addDiscreteEntity(2);
-    gmsh::model::mesh::addNodes(2, shell, tags, coordinates);
-    gmsh::model::mesh::addElementsByType(shell, 2, {}, corners);
-    gmsh::model::geo::addVolume({gmsh::model::geo::addSurfaceLoop({shell})});
+    const Loops loops = add_loops(surface, scaled);
+    gmsh::model::geo::addVolume(loops.tags);
     gmsh::model::geo::synchronize();
     int sized = 0;
     // Since 4.9 the callback is also given the size that gmsh would take.
@@ -94,9 +116,10 @@ TetMesh run_gmsh(const TriMesh& surface, const SizeField& size, double scale) {
     std::ranges::sort(order, {}, [&](std::size_t i) { return node_tags[i]; });
     std::vector<int> row_of_tag(node_tags[order.back()] + 1, -1);
     tets.X.resize(order.size(), 3);
-    for (std::size_t r = 0; r < order.size(); ++r) {
-        row_of_tag[node_tags[order[r]]] = r;
-        tets.X.row(r) = Eigen::Map<const Eigen::RowVector3d>(xyz.data() + 3 * order[r]) / scale;
+    for (std::size_t k = 0; k < order.size(); ++k) {
+        const std::size_t r = k < loops.rows.size() ? loops.rows[k] : k;
+        row_of_tag[node_tags[order[k]]] = r;
+        tets.X.row(r) = Eigen::Map<const Eigen::RowVector3d>(xyz.data() + 3 * order[k]) / scale;
     }
     tets.T.resize(tet_tags.size(), 4);
     std::ranges::transform(tet_nodes, tets.T.data(), [&](std::size_t tag) { return row_of_tag[tag]; });
