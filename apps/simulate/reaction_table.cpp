@@ -25,6 +25,8 @@ void ReactionTable::add(const std::vector<StepReactions>& steps) {
                                            csv_cell(reaction_name(spec_, one)));
             for (const Eigen::Vector3d& vector : {one.force, one.torque})
                 for (const double number : vector) line += fmt::format(",{:.9g}", number);
+            line +=
+                one.by == ReactionBy::cavity ? fmt::format(",{:.9g},{:.9g}", one.pressure, one.volume) : ",,";
             file_.out() << line << '\n';
         }
 }

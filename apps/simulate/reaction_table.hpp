@@ -17,8 +17,9 @@ struct StepReactions {
 };
 
 /// Writes reactions as CSV, a line for each of every step: frame, time, the body that it acts on, kind and
-/// name of what exerts it, force (N) and torque (N m) about the origin. What does not touch has no line. The
-/// file appears at finish().
+/// name of what exerts it, force (N) and torque (N m) about the origin; of a cavity, its pressure (Pa) above
+/// the ambient one and its volume (m3) at the end of the step, else nothing. What does not touch has no line.
+/// The file appears at finish().
 class ReactionTable {
  public:
     /// spec: gives the names; must outlive this object. Throws std::runtime_error if the file cannot be
@@ -27,7 +28,7 @@ class ReactionTable {
         file_.out() << columns << '\n';
     }
     static constexpr const char* columns =
-        "frame,time,body,kind,by,force_x,force_y,force_z,torque_x,torque_y,torque_z";
+        "frame,time,body,kind,by,force_x,force_y,force_z,torque_x,torque_y,torque_z,pressure,volume";
 
     void add(const std::vector<StepReactions>& steps);
     /// Throws std::runtime_error if a line could not be written.

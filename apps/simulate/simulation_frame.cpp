@@ -41,6 +41,8 @@ class RecordWriter {
         (*this)(reaction.number);
         (*this)(reaction.force);
         (*this)(reaction.torque);
+        (*this)(reaction.pressure);
+        (*this)(reaction.volume);
     }
     void operator()(const StepReactions& step) {
         (*this)(step.frame);
@@ -97,6 +99,8 @@ class RecordReader {
         (*this)(reaction.number);
         (*this)(reaction.force);
         (*this)(reaction.torque);
+        (*this)(reaction.pressure);
+        (*this)(reaction.volume);
     }
     void operator()(StepReactions& step) {
         (*this)(step.frame);

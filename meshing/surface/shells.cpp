@@ -46,6 +46,8 @@ std::vector<Shell> shells_of(NodesRef X, FacesRef F) {
 }
 
 std::vector<Shell> cavities_of(NodesRef X, FacesRef F) {
+    for (Eigen::Index f = 0; f < F.rows(); ++f)
+        if (F(f, 0) == F(f, 1) || F(f, 1) == F(f, 2) || F(f, 2) == F(f, 0)) return {};
     std::vector<Shell> shells = shells_of(X, F);
     const auto is_outer = [](const Shell& shell) { return shell.volume > 0; };
     if (std::ranges::none_of(shells, is_outer)) return {};

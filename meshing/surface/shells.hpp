@@ -17,6 +17,7 @@ struct Shell {
 std::vector<Shell> shells_of(NodesRef X, FacesRef F);
 
 /// The parts of a surface that bound its cavities: those whose faces look inward, where others look outward.
+/// None in a surface with a face that repeats a vertex.
 std::vector<Shell> cavities_of(NodesRef X, FacesRef F);
 
 /// Some faces as a surface of their own, whose vertices keep their order. vertices: out, if not null, the row

@@ -116,6 +116,12 @@ void StepSystem::multiply(const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::Ref
         if (prescribed_[i]) result.row(i) = given.row(i);
 }
 
+void StepSystem::add_impulses(const Nodes& impulses) {
+    for (Eigen::Index i = 0; i < impulses.rows(); ++i)
+        if (!prescribed_[i]) b_.segment<3>(3 * i) += impulses.row(i).transpose();
+    if (held_rhs_.rows() > 0) held_rhs_ += impulses(held_, Eigen::all);
+}
+
 Nodes StepSystem::holding_impulses(const Eigen::Ref<const Eigen::VectorXd>& v) const {
     multiply_free(v);
     const Nodes product = mass_scale_ * body_.mass_product(free_) + elastic_scale_ * image_;

@@ -72,6 +72,9 @@ class StepSystem {
     /// node out of range or named twice, or if v has the wrong shape or is not finite.
     void prescribe(const PrescribedNodes& prescribed);
 
+    /// Adds impulses to b, before or after prescribe(). [N, 3] N s.
+    void add_impulses(const Nodes& impulses);
+
     /// What holds the prescribed nodes at v: A v - b as they were before prescribe(), without contacts, in
     /// the order of prescribe(). [held, 3] N s. Costs little after multiply() by v.
     Nodes holding_impulses(const Eigen::Ref<const Eigen::VectorXd>& v) const;

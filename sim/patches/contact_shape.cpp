@@ -70,6 +70,7 @@ ContactShape::ContactShape(Embedding weights, Faces faces, NodesRef X)
         overhang = std::max(overhang, negative);
     }
     rest_areas = vertex_areas(F, rest);
+    cavities = cavities_of(rest, F);
     rest_diagonal = (rest.colwise().maxCoeff() - rest.colwise().minCoeff()).norm();
 }
 

@@ -7,6 +7,7 @@
 
 #include "collision/wide_tree/wide_tree.hpp"
 #include "meshing/surface/mesh.hpp"
+#include "meshing/surface/shells.hpp"
 #include "sim/patches/surface_normals.hpp"
 
 namespace nbd {
@@ -58,10 +59,11 @@ struct ContactShape {
     Faces F;
     SurfaceTopology topology;
     ContactPatches patches;
-    bool is_much_finer = false;  // than the nodes that carry it: at least 12 vertices for each
-    double overhang = 0;         // largest sum of the negative weights of a vertex, >= 0
-    Eigen::VectorXd rest_areas;  // [n] m2
-    double rest_diagonal = 0;    // of the box at rest, metres
+    bool is_much_finer = false;   // than the nodes that carry it: at least 12 vertices for each
+    double overhang = 0;          // largest sum of the negative weights of a vertex, >= 0
+    Eigen::VectorXd rest_areas;   // [n] m2
+    double rest_diagonal = 0;     // of the box at rest, metres
+    std::vector<Shell> cavities;  // at rest
 };
 
 /// The mean length of a surface's edges at rest, metres, from the areas of its faces.

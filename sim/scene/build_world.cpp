@@ -57,9 +57,12 @@ BodyLoad take_part(const SceneLoad& from, const WorldBody& body) {
         throw std::invalid_argument(fmt::format("{}: {}", from.key, what));
     };
     BodyLoad load = from.load;
-    if (load.kind == LoadKind::pressure) {
-        if (!from.region) return load;
+    if (load.kind == LoadKind::pressure || load.kind == LoadKind::gas) {
         const Nodes x = embedded(body.W, body.state.x);
+        if (!from.region) {
+            load.faces = faces_at(from, x, body.F);
+            return load;
+        }
         std::vector<char> is_in(x.rows(), 0);
         for (const int vertex : nodes_in(*from.region, x)) is_in[vertex] = 1;
         for (int f = 0; f < body.F.rows(); ++f)
@@ -280,7 +283,10 @@ WorldBody make_world_body(const SceneBody& spec, const LoadedBody& loaded,
         throw std::invalid_argument(
             at_odds_text(spec.grips[odds->second].key, spec.grips[odds->first].key, odds->from));
     if (is_rigid(body.tets)) check_rigid_grips(spec, result);
-    for (const SceneLoad& load : spec.loads) result.loads.push_back(take_part(load, result));
+    for (std::size_t k = 0; k < spec.loads.size(); ++k) {
+        result.loads.push_back(take_part(spec.loads[k], result));
+        check_gas_load(spec, result, k);
+    }
     check_loads(spec, result);
     return result;
 }

@@ -38,6 +38,15 @@ WorldBody make_world_body(const SceneBody& spec, const LoadedBody& loaded,
 /// with the scene's loads and its grips.
 void check_loads(const SceneBody& spec, const WorldBody& body);
 
+/// The faces of the cavity that a load is in; of a load in none, those of no cavity, or none where all are.
+/// x: the surface's vertices. Throws std::invalid_argument, with the load's JSON path, for a cavity that
+/// there is not.
+std::vector<int> faces_at(const SceneLoad& load, NodesRef x, const Faces& F);
+
+/// Throws std::invalid_argument, with the load's JSON path, if load k is a gas in a rigid body, or in a
+/// cavity that has one.
+void check_gas_load(const SceneBody& spec, const WorldBody& body, std::size_t k);
+
 /// What is wrong with a grip that holds nodes of another one at a time, seconds. Both by their keys.
 std::string at_odds_text(const std::string& grip, const std::string& other, double time);
 

@@ -24,6 +24,8 @@ const char* name(ReactionBy by) noexcept {
             return "body";
         case ReactionBy::joint:
             return "joint";
+        case ReactionBy::cavity:
+            return "cavity";
     }
     return "";
 }
@@ -38,6 +40,8 @@ std::string reaction_name(const SceneSpec& spec, const Reaction& reaction) {
             return unique_name(spec, reaction.number);
         case ReactionBy::joint:
             return spec.joints.at(reaction.number).joint.name;
+        case ReactionBy::cavity:
+            return fmt::format("cavity {}", reaction.number);
         case ReactionBy::driven:
             break;
     }

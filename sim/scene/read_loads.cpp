@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "sim/scene/read_parts.hpp"
 
 namespace nbd {
@@ -8,7 +10,29 @@ namespace {
 constexpr std::pair<const char*, LoadKind> load_kinds[]{{"force", LoadKind::force},
                                                         {"torque", LoadKind::torque},
                                                         {"acceleration", LoadKind::acceleration},
-                                                        {"pressure", LoadKind::pressure}};
+                                                        {"pressure", LoadKind::pressure},
+                                                        {"gas", LoadKind::gas}};
+
+CavityGas read_gas(JsonObject from) {
+    CavityGas gas;
+    gas.ambient = from.number("ambient", gas.ambient, not_negative);
+    gas.pressure = from.number("pressure", gas.ambient, positive_number);
+    gas.exponent = from.number("exponent", gas.exponent, {1, 10, "between 1 and 10"});
+    from.finish();
+    return gas;
+}
+
+/// Where the load acts, and whether it can.
+void read_place(JsonObject& from, LoadKind kind, SceneLoad& load) {
+    if (from.has("region")) load.region = read_region(from.object("region"));
+    const bool is_gas = kind == LoadKind::gas;
+    if (is_gas && load.region) from.problem("region", "is not for a gas, which is in a \"cavity\"");
+    if (is_gas && !from.need("cavity")) return;
+    if (!from.has("cavity")) return;
+    load.cavity = from.integer("cavity", 0, {0, 1e6, "a number from 0 on"});
+    if (load.region) from.problem("cavity", "must not be beside \"region\"");
+    if (!is_gas && kind != LoadKind::pressure) from.problem("cavity", "is for a pressure or a gas");
+}
 
 }  // namespace
 
@@ -27,18 +51,23 @@ Keyed<double> read_keyed(JsonObject& from, const char* key) {
 }
 
 SceneLoad read_load(JsonObject& from) {
-    SceneLoad load{.key = key_of(from), .region = {}, .load = {}};
-    if (from.has("region")) load.region = read_region(from.object("region"));
-    const std::string given = from.need_one({"force", "torque", "acceleration", "pressure"});
+    SceneLoad load{.key = key_of(from), .region = {}, .cavity = {}, .load = {}};
+    const std::string given = from.need_one({"force", "torque", "acceleration", "pressure", "gas"});
     for (const auto& [key, kind] : load_kinds) {
         if (given != key) continue;
         load.load.kind = kind;
-        if (kind == LoadKind::pressure)
+        if (kind == LoadKind::gas)
+            load.load.gas = read_gas(from.object(key));
+        else if (kind == LoadKind::pressure)
             load.load.pressure = from.optional_number(key, finite_number).value_or(0);
         else
             load.load.value = from.vector(key, load.load.value);
     }
+    read_place(from, load.load.kind, load);
     load.load.factor = read_keyed(from, "factor");
+    if (given == "gas" &&
+        std::ranges::any_of(load.load.factor.values, [](double amount) { return amount < 0; }))
+        from.problem("factor", "of a gas is how much of it there is, and must not be negative");
     from.finish();
     return load;
 }

@@ -40,10 +40,11 @@ struct SceneGrip {
     Grip grip;        // without nodes
 };
 
-/// A load on a body, or on the part of it in a region.
+/// A load on a body, on the part of it in a region, or in a cavity of its surface.
 struct SceneLoad {
     std::string key;                 // "loads[1]", for messages
     std::optional<Region> region{};  // none: the whole body
+    std::optional<int> cavity{};     // number of it; none: not in one
     BodyLoad load;                   // without nodes and faces
 };
 

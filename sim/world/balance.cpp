@@ -196,7 +196,7 @@ World::Rejection World::balance(const StepPart& part, Eigen::VectorXd& v, WorldR
         ++report.newton_iterations;
         try {
             const ContactSolveReport solved =
-                timed(report.solve_us, [&] { return solver_.solve(systems_, to); });
+                timed(report.solve_us, [&] { return solve_systems(to); });
             report.contacts = solved.active;
             report.solver_iterations += solved.linear_iterations;
         } catch (const std::runtime_error&) {  // the matrix is not positive definite

@@ -92,6 +92,21 @@ Eigen::RowVector2d coordinate_slope(int coordinate) {
 
 }  // namespace
 
+void check_gas(const BodyLoad& load, const ElasticBody& elastic) {
+    const CavityGas& gas = load.gas;
+    check_factor(load.factor);
+    if (!(gas.pressure > 0 && std::isfinite(gas.pressure) && gas.ambient >= 0 && std::isfinite(gas.ambient)))
+        throw std::invalid_argument(
+            "load: a gas needs an absolute pressure above 0, and an ambient one of 0 or more");
+    constexpr double least = 1, most = 10;
+    if (!(gas.exponent >= least && gas.exponent <= most))
+        throw std::invalid_argument(
+            fmt::format("load: the exponent of a gas is {}, allowed: 1 to 10", gas.exponent));
+    if (std::ranges::any_of(load.factor.values, [](double amount) { return !(amount >= 0); }))
+        throw std::invalid_argument("load: the factor of a gas, of its amount, must not be negative");
+    if (elastic.is_rigid()) throw std::invalid_argument("load: a rigid body's cavities keep their volumes");
+}
+
 LoadForces::LoadForces(BodyLoad load, const ElasticBody& elastic, const ContactShape& shape)
     : load_(std::move(load)), nodes_(load_.nodes), shape_(&shape) {
     check_rows(load_.nodes, elastic.node_count(), "node");

@@ -15,6 +15,14 @@ enum class LoadKind {
     torque,        // a couple, whose node forces turn the nodes about their centre of mass and sum to zero
     acceleration,  // times the nodes' masses, as gravity acts
     pressure,      // on faces of the surface along their normals inwards, as they are at the time
+    gas,           // in a cavity, whose faces it presses on by how much room it has
+};
+
+/// A fixed amount of gas, p V^exponent = const.
+struct CavityGas {
+    double pressure = 101325;  // Pa, absolute, at the start
+    double ambient = 101325;   // Pa, absolute, which presses from outside on all of the body
+    double exponent = 1;       // 1: as warm as what is around it; 1.4: air without exchange of heat
 };
 
 /// An outer load on a body.
@@ -30,12 +38,16 @@ struct BodyLoad {
     double pressure = 0;                              // Pa
     std::vector<int> nodes{};                         // distinct rows of the tet nodes; none: all
     std::vector<int> faces{};                         // distinct, under pressure; none: all
-    Keyed<double> factor{};                           // of the load; none: 1
+    Keyed<double> factor{};                           // of the load, or of the amount of gas; none: 1
+    CavityGas gas{};
 
     bool follows() const noexcept { return kind == LoadKind::torque || kind == LoadKind::pressure; }
 };
 
-/// The load of a body, ready for steps.
+/// Throws std::invalid_argument for a gas with numbers out of range, and for one in a rigid body.
+void check_gas(const BodyLoad& load, const ElasticBody& elastic);
+
+/// The load of a body, ready for steps. A gas is none, see ClosedGas.
 class LoadForces {
  public:
     /// Throws std::invalid_argument for a node or face out of range or named twice, numbers that are not

@@ -71,10 +71,12 @@ Eigen::VectorXd World::stacked(Nodes (World::*velocities)(const Body&) const,
 /// iterate: velocities to linearise at; null: as the bodies went before the step.
 void World::build_systems(const std::vector<PrescribedNodes>& given, const Eigen::VectorXd* iterate,
                           Tangent tangent) {
+    gases_.clear();
     for (int b = 0; b < body_count(); ++b) {
         Body& body = at(b);
         const Nodes w = iterate ? body_part(b, *iterate) : first_iterate(body);
         set_end_forces(body, body.start.x + step_.dt * w);
+        linearise_gases(b, w);
         // What pulls at a rigid body is far beyond its weight, so that an iteration needs how that turns with
         // it.
         const bool is_full = body.elastic->is_rigid() && iterate && tangent == Tangent::rotated;

@@ -42,7 +42,10 @@ void World::begin_outer_forces(const TwoStepWeights& weights) {
 }
 
 /// Gravity and forces at the end of the part. x: the pose at which it is linearised.
-void World::set_end_forces(Body& body, const Nodes& x) { body.outer_end = end_forces(body, x, step_.dt); }
+void World::set_end_forces(Body& body, const Nodes& x) {
+    body.outer_end = end_forces(body, x, step_.dt);
+    if (!body.gases.empty()) body.gas_end = gas_forces(body, x, time_ + step_.dt);
+}
 
 /// By how much the loads that follow a body do less work on the way between two iterates of a step than as
 /// they were in the first, joules. Exact for pressures, whose forces are quadratic along a straight way.

@@ -70,6 +70,12 @@ void World::add_contact_reactions(const StepPart& part, std::span<const PairImpu
 std::vector<Reaction> World::reactions() const {
     std::vector<Reaction> all = reactions_.all();
     for (Reaction& one : all) one.torque += config_.origin.cross(one.force);
+    for (const CavityState& cavity : cavities())
+        for (Reaction& one : all)
+            if (one.by == ReactionBy::cavity && one.body == cavity.body && one.number == cavity.number) {
+                one.pressure = cavity.pressure;
+                one.volume = cavity.volume;
+            }
     return all;
 }
 

@@ -14,6 +14,7 @@ enum class ReactionBy {
     obstacle,  // by contact and friction
     body,      // likewise, another body
     joint,     // see World::add_joint()
+    cavity,    // pressure in it, which sums to no force on its body
 };
 
 /// A force on a body, a mean over a step: its impulses in the step, over the length of the step. In a step of
@@ -25,10 +26,11 @@ enum class ReactionBy {
 struct Reaction {
     int body = 0;  // on which it acts
     ReactionBy by = ReactionBy::grip;
-    int number =
-        0;  // of the grip among those of the body, of the obstacle, of the other body, or of the joint
+    int number = 0;  // of the grip or cavity among those of the body, of the obstacle, of the other body, or
+                     // of the joint
     Eigen::Vector3d force = Eigen::Vector3d::Zero();   // N
     Eigen::Vector3d torque = Eigen::Vector3d::Zero();  // about the origin, N m
+    double pressure = 0, volume = 0;                   // of a cavity at the end of the step, Pa and m3
 };
 
 /// The reactions of a step, as its parts add them.

@@ -20,9 +20,10 @@ constexpr int max_linearisations = 30;  // unless the step's config allows sever
 /// Of a body's impulses, by which those of contacts may be off. Where these change from feature to feature
 /// with every linearisation they come no nearer, so that each allows twice as much as the one before.
 constexpr double contact_share = 0.1;
-constexpr int max_halvings = 40;         // of a Newton step, until the potential falls
-constexpr double rounding = 1e-13;       // relative, of potentials
-constexpr double least_progress = 1e-9;  // share of a Newton step that counts as motion
+constexpr double least_gas_error = 1e-3;  // of absolute pressures, likewise
+constexpr int max_halvings = 40;          // of a Newton step, until the potential falls
+constexpr double rounding = 1e-13;        // relative, of potentials
+constexpr double least_progress = 1e-9;   // share of a Newton step that counts as motion
 
 /// Whether positions at the end of a step can be told in single precision.
 bool leads_somewhere(double dt, const Eigen::VectorXd& v) {
@@ -121,7 +122,7 @@ double World::trusted_share(double dt, const Eigen::VectorXd& v, const Eigen::Ve
         if (const double allowed = at(b).shape->rest_diagonal; most > allowed)
             share = std::min(share, allowed / most);
     }
-    return share;
+    return std::min(share, share_of_cavities(dt, v, to));
 }
 
 /// How much a rigid body at v is strained by turning along straight ways from where it was linearised: by
@@ -166,7 +167,7 @@ World::Rejection World::solve(const StepPart& part, Eigen::VectorXd& v, WorldRep
     if (!leads_somewhere(dt, to)) return {.reason = too_large, .fatal = true};
     look(dt, v, to, progress, report);
     double share = 0, moved = 0, error = 0;
-    double allowed_strain = rigid_strain;
+    double allowed_strain = rigid_strain, allowed_of_gases = least_gas_error;
     double allowed = is_newton ? config_.step.newton_tolerance : contact_share;
     for (int k = 0;; ++k) {
         stop_if_asked();
@@ -186,7 +187,7 @@ World::Rejection World::solve(const StepPart& part, Eigen::VectorXd& v, WorldRep
         }
         if (k == most || (k > 0 && share < least_progress)) break;
         timed(report.assemble_us, [&] { build_systems(given, k > 0 ? &v : nullptr, config_.step.tangent); });
-        const ContactSolveReport solved = timed(report.solve_us, [&] { return solver_.solve(systems_, to); });
+        const ContactSolveReport solved = timed(report.solve_us, [&] { return solve_systems(to); });
         if (!solved.fallback.empty())
             report.fallback = fmt::format("at {:.6g} s: {}", time_ + dt, solved.fallback);
         report.contacts = solved.active;
@@ -202,7 +203,8 @@ World::Rejection World::solve(const StepPart& part, Eigen::VectorXd& v, WorldRep
         share = propose(dt, v, to, progress, report);
         if (share == 1 && trusted == 1 && !is_newton) {
             error = timed(report.detect_us, [&] { return contact_error(dt, to, shapes); });
-            if (solved.settled && error <= allowed && strain_of_turns(dt, to) <= allowed_strain) {
+            if (solved.settled && error <= allowed && strain_of_turns(dt, to) <= allowed_strain &&
+                gas_error(to) <= allowed_of_gases) {
                 v = to;
                 if (solved.converged) return {};
                 return {.reason = "the linear system was not solved to its tolerance",
@@ -210,6 +212,7 @@ World::Rejection World::solve(const StepPart& part, Eigen::VectorXd& v, WorldRep
             }
             if (error > allowed) allowed *= 2;
             allowed_strain *= 2;
+            allowed_of_gases *= 2;
         }
         if (k > 0 && progress == 1) share = search_line(v, to, share);
         v += share * (to - v);
@@ -258,11 +261,12 @@ double World::search_line(const Eigen::VectorXd& v, const Eigen::VectorXd& to, d
                                   solver_.friction_potential(at_s, config_.statics ? v : to),
                                   solver_.bond_potential(at_s)};
         for (int b = 0; b < body_count() && std::isfinite(terms.front()); ++b) {
-            const Loads outer = end_loads(at(b));
+            const Loads outer = outer_end_loads(at(b));
             const Nodes w = body_part(b, v), w_at_s = body_part(b, at_s);
             terms.push_back(StepPotential(*at(b).elastic, at(b).start, step_, outer, systems_[b].elements())
                                 .value(w_at_s));
             terms.push_back(excess_work(at(b), w, w_at_s));
+            if (!at(b).gases.empty()) terms.push_back(gas_energy(at(b), at(b).start.x + step_.dt * w_at_s));
         }
         return terms;
     };

@@ -75,6 +75,7 @@ void World::measure_inner_forces(Body& body, double dt, const Nodes& of_joints) 
     const auto measured = [&]() -> Nodes {
         Nodes forces = body.elastic->inner_forces(body.state.x, body.state.v);
         if (of_joints.rows() > 0) forces += of_joints;
+        if (!body.gases.empty()) forces += gas_forces(body, body.state.x, time_);
         return forces;
     };
     if (!body.before || body.inner_forces.size() == 0) {

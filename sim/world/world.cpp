@@ -107,28 +107,28 @@ int World::add_body(WorldBody body) {
     const double contact_young = surface_young(elastic, body.W);
     PairBounds bounds{body.tree, body.bounds, body.margin};
     std::shared_ptr<const ContactShape> shape = contact_shape(body);
-    std::vector<LoadForces> loads;
-    for (BodyLoad& load : body.loads) loads.emplace_back(std::move(load), elastic, *shape);
     if (config_.statics) body.state.v.setZero();
     const int index = body_count();
     Nodes added_at = body.grips.empty() ? Nodes{} : body.state.x;
+    Body made{.elastic = std::move(body.elastic),
+              .shape = std::move(shape),
+              .bounds = std::move(bounds),
+              .tree = std::move(tree),
+              .state = std::move(body.state),
+              .contact_young = contact_young,
+              .forces = Nodes::Zero(nodes, 3),
+              .contact_forces = Nodes::Zero(nodes, 3),
+              .loads = {},
+              .outer_before = {},
+              .outer_end = {},
+              .added = time_,
+              .grips = std::move(body.grips),
+              .grip_start = std::move(grip_start),
+              .added_at = std::move(added_at)};
+    add_cavities(made, body.loads);
+    for (BodyLoad& load : body.loads) made.loads.emplace_back(std::move(load), elastic, *made.shape);
     systems_.emplace_back(elastic);
-    bodies_.push_back({.elastic = std::move(body.elastic),
-                       .shape = std::move(shape),
-                       .bounds = std::move(bounds),
-                       .tree = std::move(tree),
-                       .state = std::move(body.state),
-                       .contact_young = contact_young,
-                       .forces = Nodes::Zero(nodes, 3),
-                       .contact_forces = Nodes::Zero(nodes, 3),
-                       .loads = std::move(loads),
-                       .outer_before = {},
-                       .outer_end = {},
-                       .added = time_,
-                       .grips = std::move(body.grips),
-                       .grip_start = std::move(grip_start),
-                       .added_at = std::move(added_at),
-                       .name = body.name.empty() ? fmt::format("body {}", index) : std::move(body.name)});
+    bodies_.push_back(std::move(made));
     first_unknown_.push_back(first_unknown_.back() + 3 * nodes);
     forget_parts();
     return index;

@@ -18,6 +18,7 @@
 #include "sim/fem/step_system.hpp"
 #include "sim/fem/time_step.hpp"
 #include "sim/world/body_load.hpp"
+#include "sim/world/cavity.hpp"
 #include "sim/world/grip.hpp"
 #include "sim/world/joint.hpp"
 #include "sim/world/reactions.hpp"
@@ -115,6 +116,13 @@ struct WorldSnapshot {
     std::vector<char> broken{};  // [joints]; empty: none is
     std::vector<JointLoad>
         springs_before{};  // [joints] of springs at the start of the last step; empty: none
+};
+
+/// The hollow within a closed part of a body's surface.
+struct CavityState {
+    int body = 0, number = 0;  // of the cavity among those of the body, in the order of its faces
+    double volume = 0;         // m3
+    double pressure = 0;       // of its loads and its gas, Pa, above the ambient pressure
 };
 
 /// A body that was moved as a whole.
@@ -233,9 +241,12 @@ class World {
     /// What grips, driven nodes, obstacles, joints and other bodies exerted on bodies in the last step, in a
     /// fixed order; of two bodies in contact, what acts on the one with the smaller number. Torques are about
     /// the origin that users see, not origin(), with arms in the middle of the step. What the solver left of
-    /// the balance of a held body's free nodes is shared by its held ones. Empty before the first step and
-    /// after restore().
+    /// the balance of a held body's free nodes is shared by its held ones. Besides, one for each cavity.
+    /// Empty before the first step and after restore().
     std::vector<Reaction> reactions() const;
+
+    /// All cavities of bodies, as they are now.
+    std::vector<CavityState> cavities() const;
 
     WorldSnapshot snapshot() const;
 
@@ -257,6 +268,9 @@ class World {
         double contact_young = 0;          // of the layer that its surface lies in, Pa
         Nodes forces, contact_forces;
         std::vector<LoadForces> loads;
+        std::vector<Cavity> cavities{};
+        std::vector<ClosedGas> gases{};
+        Nodes gas_end{};  // forces of gases at the end of the part, [N, 3] N; empty: it has none
         // Outer forces in the part with loads, [N, 3] N: with the weights of the rates before it, and at its
         // end, as they were last linearised.
         Nodes outer_before, outer_end;
@@ -302,6 +316,11 @@ class World {
     bool has_vertex(int body, int vertex) const;
     Nodes body_part(int body, const Eigen::VectorXd& stacked) const;
     Loads end_loads(const Body& body) const {
+        Loads loads = outer_end_loads(body);
+        if (body.gas_end.rows() > 0) loads.forces += body.gas_end;
+        return loads;
+    }
+    Loads outer_end_loads(const Body& body) const {  // without gases
         return {.gravity = gravity_at(time_ + step_.dt), .forces = body.outer_end};
     }
     void begin_pose(Body& body, PosedTree& tree);
@@ -349,6 +368,27 @@ class World {
     void begin_outer_forces(const TwoStepWeights& weights);
     void set_end_forces(Body& body, const Nodes& x);
     double excess_work(const Body& body, const Nodes& from, const Nodes& to) const;
+
+    // cavities.cpp
+    /// A gas in a part of a step, linearised at an iterate.
+    struct StepGas {
+        int body = 0;
+        const ClosedGas* gas = nullptr;
+        Nodes slope;                                     // of the volume, [N, 3] m2
+        double volume = 0, pressure = 0, stiffness = 0;  // m3, Pa, Pa / m3
+        double flow = 0;    // rate of the volume by the unknown of the iterate, m3/s
+        double solved = 0;  // Pa, with which the systems are solved
+    };
+    void add_cavities(Body& body, std::vector<BodyLoad>& loads) const;
+    Nodes gas_forces(const Body& body, const Nodes& x, double time) const;
+    double gas_energy(const Body& body, const Nodes& x) const;
+    void linearise_gases(int index, const Nodes& w);
+    Eigen::VectorXd gas_pressures(const Eigen::VectorXd& v) const;
+    void set_gas_pressures(const Eigen::VectorXd& pressures);
+    Eigen::MatrixXd first_gas_response() const;
+    ContactSolveReport solve_systems(Eigen::VectorXd& v);
+    double gas_error(const Eigen::VectorXd& v) const;
+    double share_of_cavities(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to) const;
 
     // reactions.cpp
     Nodes holding_impulses(int index, const Nodes& w, const Eigen::VectorXd& impulses);
@@ -448,6 +488,7 @@ class World {
     std::vector<std::shared_ptr<const NodeHold>> holds_;  // [bodies]; null: without joints
     std::vector<Contact> contacts_;                       // of solver_
     std::vector<Bond> bonds_;                             // likewise
+    std::vector<StepGas> gases_;                          // of all bodies
     ContactSolver solver_;
     ReactionSums reactions_;            // of the step
     std::unique_ptr<Barrier> barrier_;  // null: not asked for yet

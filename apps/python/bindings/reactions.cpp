@@ -28,19 +28,35 @@ void bind_reaction(py::module_& m) {
         .def_readonly("body", &NamedReaction::body, "The body that it acts on.")
         .def_property_readonly(
             "kind", [](const NamedReaction& self) { return std::string(name(self.by)); },
-            "What exerts it: grip (pins among them), driven, obstacle, body or joint.")
+            "What exerts it: grip (pins among them), driven, obstacle, body, joint or cavity.")
         .def_readonly(
             "number", &NamedReaction::number,
-            "Of the grip among those of the body, pins first, of the obstacle, of the other body, or of the joint.")
+            "Of the grip among those of the body, pins first, of the cavity among those of the body, of the obstacle, of the other body, or of the joint.")
         .def_readonly("name", &NamedReaction::name, "Likewise, as the scene has it.")
         .def_property_readonly(
             "force", [](const NamedReaction& self) { return self.force; }, "[3] newtons.")
         .def_property_readonly(
             "torque", [](const NamedReaction& self) { return self.torque; },
             "[3] newton metres, about the origin of the scene's coordinates.")
+        .def_readonly("pressure", &NamedReaction::pressure,
+                      "Of a cavity, above the ambient one, pascals; 0 of others.")
+        .def_readonly("volume", &NamedReaction::volume, "Of a cavity, cubic metres; 0 of others.")
         .def("__repr__", [](const NamedReaction& self) {
             return fmt::format("<nbdtree.Reaction: of {} on body {}, {:.4g} N>", self.name, self.body,
                                self.force.norm());
+        });
+}
+
+void bind_cavity(py::module_& m) {
+    py::class_<CavityState>(m, "Cavity", "The hollow within a closed part of a body's surface.")
+        .def_readonly("body", &CavityState::body, "The body that has it.")
+        .def_readonly("number", &CavityState::number, "Its number among those of the body.")
+        .def_readonly("volume", &CavityState::volume, "Cubic metres.")
+        .def_readonly("pressure", &CavityState::pressure,
+                      "Of its loads and its gas, above the ambient pressure, pascals.")
+        .def("__repr__", [](const CavityState& self) {
+            return fmt::format("<nbdtree.Cavity: {} of body {}, {:.4g} m3, {:.4g} Pa>", self.number,
+                               self.body, self.volume, self.pressure);
         });
 }
 
@@ -58,12 +74,16 @@ void set_pair(const UsedWorld& self, int body, std::optional<int> other, std::op
 
 void bind_reactions(py::module_& m, py::class_<WorldObject>& world) {
     bind_reaction(m);
+    bind_cavity(m);
     world
         .def(
             "reactions", &reactions_of,
             "What pins, grips, driven nodes, obstacles, joints and other bodies exerted on bodies in the last step; "
             "of two bodies in contact, what acts on the first. What does not touch is left out. Weight, outer forces and reactions "
             "of a body, times the length of the step, sum to its change of momentum.")
+        .def(
+            "cavities", [](const UsedWorld& self) { return self->world.cavities(); },
+            "The cavities of all bodies as they are now, by body and in the order of their faces.")
         .def(
             "joint_values",
             [](const UsedWorld& self) {
