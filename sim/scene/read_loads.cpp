@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "sim/scene/read_parts.hpp"
 
@@ -16,7 +17,7 @@ constexpr std::pair<const char*, LoadKind> load_kinds[]{{"force", LoadKind::forc
 CavityGas read_gas(JsonObject from) {
     CavityGas gas;
     gas.ambient = from.number("ambient", gas.ambient, not_negative);
-    gas.pressure = from.number("pressure", gas.ambient, positive_number);
+    gas.pressure = from.optional_number("pressure", positive_number).value_or(gas.ambient);
     gas.exponent = from.number("exponent", gas.exponent, {1, 10, "between 1 and 10"});
     from.finish();
     return gas;
@@ -27,9 +28,12 @@ void read_place(JsonObject& from, LoadKind kind, SceneLoad& load) {
     if (from.has("region")) load.region = read_region(from.object("region"));
     const bool is_gas = kind == LoadKind::gas;
     if (is_gas && load.region) from.problem("region", "is not for a gas, which is in a \"cavity\"");
+    const std::optional<double> cavity = from.optional_number("cavity", {0, 1e6, "between 0 and 1000000"});
     if (is_gas && !from.need("cavity")) return;
-    if (!from.has("cavity")) return;
-    load.cavity = from.integer("cavity", 0, {0, 1e6, "a number from 0 on"});
+    if (!cavity) return;
+    load.cavity = static_cast<int>(*cavity);
+    if (*load.cavity != *cavity)
+        from.problem("cavity", fmt::format("is {}, but must be a whole number", *cavity));
     if (load.region) from.problem("cavity", "must not be beside \"region\"");
     if (!is_gas && kind != LoadKind::pressure) from.problem("cavity", "is for a pressure or a gas");
 }

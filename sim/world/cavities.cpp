@@ -113,7 +113,8 @@ Eigen::MatrixXd World::first_gas_response() const {
 /// Solves the systems of the step with the pressures that gases have at its solution.
 ContactSolveReport World::solve_systems(Eigen::VectorXd& v) {
     if (gases_.empty()) return solver_.solve(systems_, v);
-    constexpr double tolerance = 1e-4, poor = 1e-2;  // of the pressures or of their changes
+    constexpr double of_changes = 1e-3, of_absolute = 1e-7, poor = 100;
+    const double of_pressures = 0.1 * std::min(1e-4, config_.step.newton_tolerance);
     const int most = 8 + 2 * static_cast<int>(gases_.size());
     Eigen::MatrixXd response = first_gas_response();
     Eigen::VectorXd pressures = gas_pressures(v), off, way;
@@ -128,11 +129,12 @@ ContactSolveReport World::solve_systems(Eigen::VectorXd& v) {
         const Eigen::VectorXd found = gas_pressures(v), before = std::exchange(off, pressures - found);
         double worst = 0;
         for (std::size_t g = 0; g < gases_.size(); ++g) {
-            const double size = std::max({std::abs(pressures[g]), std::abs(found[g] - gases_[g].pressure),
-                                          1e-6 * gases_[g].gas->gas.pressure});
-            worst = std::max(worst, std::abs(off[g]) / size);
+            const double now = gases_[g].pressure, ambient = gases_[g].gas->gas.ambient;
+            const double allowed = std::max(of_changes * std::abs(found[g] - now),
+                                            of_pressures * std::abs(now) + of_absolute * (now + ambient));
+            worst = std::max(worst, std::abs(off[g]) / allowed);
         }
-        if (worst <= tolerance) return all;
+        if (worst <= 1) return all;
         if (round == most) {
             all.converged = all.converged && worst <= poor;
             return all;
@@ -148,7 +150,8 @@ ContactSolveReport World::solve_systems(Eigen::VectorXd& v) {
     }
 }
 
-/// By how much the pressures of gases at v are off those that were solved for, of their absolute ones.
+/// By how much the pressures of gases at v are off those that were solved for, of their absolute ones or
+/// those at the start.
 double World::gas_error(const Eigen::VectorXd& v) const {
     double largest = 0;
     for (const StepGas& one : gases_) {
@@ -156,7 +159,8 @@ double World::gas_error(const Eigen::VectorXd& v) const {
         const double volume =
             body.cavities[one.gas->cavity].volume(body.start.x + step_.dt * body_part(one.body, v));
         const double pressure = one.gas->pressure(volume, time_ + step_.dt);
-        const double off = std::abs(pressure - one.solved) / (pressure + one.gas->gas.ambient);
+        const double off = std::abs(pressure - one.solved) /
+                           std::max(pressure + one.gas->gas.ambient, one.gas->gas.pressure);
         largest = std::max(largest, volume > 0 ? off : 1);
     }
     return largest;

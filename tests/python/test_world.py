@@ -301,6 +301,41 @@ def test_reactions_hold_what_is_pinned_and_pressed(beam):
         assert np.abs(change - impulse[b]).max() < 1e-3 * scale
 
 
+def hollow_cube(path):
+    """Writes the surface of a cube of side 3 with a cavity of side 1."""
+    corners = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    lines = []
+    for low, size in ((0, 3), (1, 1)):
+        lines += ["v {} {} {}".format(*(low + size * c for c in corner)) for corner in corners]
+    for first in (1, 9):
+        for a, b, c, d in sides:
+            lines += [f"f {first + a} {first + b} {first + c}", f"f {first + a} {first + c} {first + d}"]
+    path.write_text("\n".join(lines) + "\n")
+
+
+def test_cavities_tell_volume_and_pressure(tmp_path):
+    hollow_cube(tmp_path / "cube.obj")
+    gas = {"gas": {"pressure": 2e5, "ambient": 1e5}, "cavity": 0}
+    body = {"surface": str(tmp_path / "cube.obj"), "material": {"young": 1e6}, "loads": [gas]}
+    world = nbd.World({"bodies": [body], "gravity": [0, 0, 0]})
+    (cavity,) = world.cavities()
+    assert (cavity.body, cavity.number) == (0, 0)
+    assert cavity.volume == pytest.approx(1) and cavity.pressure == pytest.approx(1e5)
+    assert "0 of body 0" in repr(cavity)
+    for _ in range(20):
+        assert world.step(0.01).failure == ""
+    (cavity,), (told,) = world.cavities(), world.reactions()
+    assert cavity.volume > 1.01
+    assert (cavity.pressure + 1e5) * cavity.volume == pytest.approx(2e5, rel=1e-6)
+    assert (told.kind, told.name, told.number) == ("cavity", "cavity 0", 0)
+    assert (told.pressure, told.volume) == (cavity.pressure, cavity.volume)
+    assert not told.force.any()
+    del body["loads"][0]["cavity"]
+    with refused(ValueError, r"loads\[0\].cavity: is missing"):
+        nbd.World({"bodies": [body]})
+
+
 def test_rules_for_pairs(beam):
     world = nbd.World(falling_beams(beam, 0.4))
     world.set_pair(0, 1, meet=False)

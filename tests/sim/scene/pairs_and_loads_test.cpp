@@ -8,10 +8,13 @@
 #include <string>
 #include <vector>
 
+#include "meshing/body/make_body.hpp"
+#include "meshing/body/rigid_body.hpp"
 #include "sim/scene/scene.hpp"
 #include "sim/scene/scene_check.hpp"
 #include "tests/sim/scene/scene_text.hpp"
 #include "tests/support/box_body.hpp"
+#include "tests/support/box_mesh.hpp"
 #include "tests/support/error_of.hpp"
 
 namespace nbd {
@@ -26,6 +29,91 @@ LoadedBody loaded_bar() {
 
 World built_from(const std::string& scene, const LoadedBody& loaded) {
     return build_world(parse_scene(scene, ""), std::span(&loaded, 1));
+}
+
+/// A box within a box.
+LoadedBody loaded_hollow_box() {
+    TetMesh tets = test::box_mesh({3, 3, 3}, {3, 3, 3});
+    std::vector<int> kept;
+    for (int t = 0; t < tets.T.rows(); ++t) {
+        Eigen::RowVector3d centre = Eigen::RowVector3d::Zero();
+        for (const int node : tets.T.row(t)) centre += tets.X.row(node) / 4;
+        if ((centre - Eigen::RowVector3d::Constant(1.5)).cwiseAbs().maxCoeff() > 0.5) kept.push_back(t);
+    }
+    tets.T = Tets(tets.T(kept, Eigen::all));
+    return {std::make_shared<const Body>(make_body("box", std::move(tets))), nullptr};
+}
+
+TEST(Scene, LoadsCavitiesByTheirNumbers) {
+    const LoadedBody loaded = loaded_hollow_box();
+    const auto scene = [](const std::string& loads, const std::string& more = "") {
+        return R"({"bodies": [{"body": "a.h5", "material": {"rayleigh_mass": 0}, "loads": [)" + loads + "]" +
+               more + R"(}], "gravity": [0, 0, 0]})";
+    };
+    World world = built_from(scene(R"({"pressure": 10, "cavity": 0, "factor": [[0, 1], [1, 3]]},
+                                      {"gas": {"pressure": 2e5, "ambient": 1e5}, "cavity": 0},
+                                      {"pressure": 1e3})",
+                                   R"(, "transform": {"scale": 0.1, "translate": [1e7, 0, 0]})"),
+                             loaded);
+    ASSERT_EQ(world.cavities().size(), 1u);
+    EXPECT_NEAR(world.cavities()[0].volume, 1e-3, 1e-12);
+    EXPECT_NEAR(world.cavities()[0].pressure, 1e5 + 10, 1e-6) << "what presses from outside is not in it";
+    EXPECT_TRUE(world.reactions().empty());
+    ASSERT_EQ(world.step(1e-4).failure, "");
+    ASSERT_EQ(world.reactions().size(), 1u);
+    EXPECT_EQ(world.reactions()[0].by, ReactionBy::cavity);
+    EXPECT_EQ(world.reactions()[0].pressure, world.cavities()[0].pressure);
+
+    const auto refusal = [&](const std::string& loads, const LoadedBody& body) {
+        return test::error_of([&] { built_from(scene(loads), body); });
+    };
+    const std::string of_body = "bodies[0] (a): ";
+    EXPECT_EQ(refusal(R"({"pressure": 1, "cavity": 1})", loaded),
+              of_body + "loads[0].cavity: is 1, but the body has 1 cavity, allowed: 0 to 0");
+    EXPECT_EQ(refusal(R"({"pressure": 1, "cavity": 0})", loaded_bar()),
+              of_body +
+                  "loads[0].cavity: is 0, but the body has no cavity: no part of its surface lies closed "
+                  "within another");
+    EXPECT_EQ(refusal(R"({"gas": {}, "cavity": 0}, {"gas": {}, "cavity": 0})", loaded),
+              of_body + "loads[1].cavity: the gas of loads[0] is in cavity 0 already");
+    const Body& hollow = *loaded.body;
+    const LoadedBody rigid{std::make_shared<const Body>(make_rigid_body("box", hollow.surface, 1000)),
+                           nullptr};
+    EXPECT_EQ(refusal(R"({"gas": {}, "cavity": 0})", rigid).find(of_body + "material"), 0u)
+        << "a rigid body has no damping";
+    EXPECT_EQ(test::error_of([&] {
+                  built_from(R"({"bodies": [{"body": "a.h5", "loads": [{"gas": {}, "cavity": 0}]}]})", rigid);
+              }),
+              of_body + "loads[0].gas: a rigid body's cavities keep their volumes, so it does nothing");
+}
+
+TEST(Scene, RefusesLoadsInCavitiesThatAreWrong) {
+    const auto with_load = [](const std::string& load) {
+        return complaint(R"({"bodies": [{"body": "a.h5", "loads": [)" + load + "]}]}");
+    };
+    const std::string at = "bodies[0].loads[0]";
+    EXPECT_EQ(with_load(R"({"gas": {}})"), at + ".cavity: is missing");
+    EXPECT_EQ(with_load(R"({"pressure": 1, "cavity": 0.5})"),
+              at + ".cavity: is 0.5, but must be a whole number");
+    EXPECT_EQ(with_load(R"({"force": [0, 0, 1], "cavity": 0})"), at + ".cavity: is for a pressure or a gas");
+    EXPECT_EQ(with_load(R"({"pressure": 1, "cavity": -1})"),
+              at + ".cavity: is -1, but must be between 0 and 1000000");
+    EXPECT_EQ(
+        with_load(
+            R"({"pressure": 1, "cavity": 0, "region": {"sphere": {"centre": [0, 0, 0], "radius": 1}}})"),
+        at + R"(.cavity: must not be beside "region")");
+    EXPECT_EQ(
+        with_load(R"({"gas": {}, "cavity": 0, "region": {"sphere": {"centre": [0, 0, 0], "radius": 1}}})"),
+        at + R"(.region: is not for a gas, which is in a "cavity")");
+    EXPECT_EQ(with_load(R"({"gas": {"pressure": 0}, "cavity": 0})"),
+              at + ".gas.pressure: is 0, but must be > 0");
+    EXPECT_EQ(with_load(R"({"gas": {"exponent": 0.9}, "cavity": 0})"),
+              at + ".gas.exponent: is 0.9, but must be between 1 and 10");
+    EXPECT_EQ(with_load(R"({"gas": {"temperature": 300}, "cavity": 0})").find(at + ".gas"), 0u);
+    EXPECT_EQ(with_load(R"({"gas": {}, "cavity": 0, "factor": [[0, 1], [1, -1]]})"),
+              at + ".factor: of a gas is how much of it there is, and must not be negative");
+    EXPECT_EQ(with_load(R"({"gas": {}, "pressure": 1, "cavity": 0})").find(at + ": needs exactly one of"),
+              0u);
 }
 
 TEST(Scene, RefusesRulesForPairsThatAreWrong) {

@@ -39,7 +39,8 @@ const std::string full = R"({
                 "motion": [{"time": 4}, {"time": 5, "translate": [0, 0, 1], "rotate": {"axis": [0, 2, 0], "degrees": 720},
                             "scale": 2, "interpolation": "linear"}, {"time": 6, "translate": [0, 0, 2]}]}],
      "loads": [{"force": [1, 2, 3], "region": {"sphere": {"centre": [5, 5, 5], "radius": 1}}, "factor": [[0, 0], [1.5, 2]]},
-               {"torque": [0, 0, 4], "region": {"box": {"min": [0, 0, 0], "max": [1, 1, 1]}}}, {"acceleration": [0, 5, 0]}, {"pressure": 600}]},
+               {"torque": [0, 0, 4], "region": {"box": {"min": [0, 0, 0], "max": [1, 1, 1]}}}, {"acceleration": [0, 5, 0]}, {"pressure": 600},
+               {"gas": {"pressure": 2e5, "ambient": 1e5, "exponent": 1.4}, "cavity": 1}]},
     {"surface": "/abs/b.obj", "transform": {"scale": 0.5},
      "meshing": {"nodes": 500, "grading": 0.1, "subdivide": 2, "subdivision": "loop", "elements": "quadratic"}},
     {"tets": "c.msh", "meshing": {"subdivide": 1}}
@@ -111,7 +112,7 @@ TEST(Scene, ReadsEveryKey) {
     EXPECT_EQ(last.translation, Eigen::Vector3d(0, 0, 2));
     EXPECT_EQ(last.rotation, turned.rotation) << "as in the keyframe before";
     EXPECT_EQ(last.scale, 2);
-    ASSERT_EQ(a.loads.size(), 4u);
+    ASSERT_EQ(a.loads.size(), 5u);
     EXPECT_EQ(a.loads[0].load.kind, LoadKind::force);
     EXPECT_EQ(a.loads[0].load.value, Eigen::Vector3d(1, 2, 3));
     ASSERT_TRUE(a.loads[0].region);
@@ -122,6 +123,12 @@ TEST(Scene, ReadsEveryKey) {
     EXPECT_EQ(a.loads[2].load.kind, LoadKind::acceleration);
     EXPECT_EQ(a.loads[3].load.kind, LoadKind::pressure);
     EXPECT_EQ(a.loads[3].load.pressure, 600);
+    EXPECT_FALSE(a.loads[3].cavity);
+    EXPECT_EQ(a.loads[4].load.kind, LoadKind::gas);
+    EXPECT_EQ(a.loads[4].cavity, 1);
+    EXPECT_EQ(a.loads[4].load.gas.pressure, 2e5);
+    EXPECT_EQ(a.loads[4].load.gas.ambient, 1e5);
+    EXPECT_EQ(a.loads[4].load.gas.exponent, 1.4);
     const SceneBody& b = spec.bodies[1];
     EXPECT_EQ(b.source, BodySource::surface);
     EXPECT_EQ(b.meshing.tets.nodes, 500);
