@@ -106,7 +106,7 @@ TEST(Scene, RefusesLoadsInCavitiesThatAreWrong) {
         with_load(R"({"gas": {}, "cavity": 0, "region": {"sphere": {"centre": [0, 0, 0], "radius": 1}}})"),
         at + R"(.region: is not for a gas, which is in a "cavity")");
     EXPECT_EQ(with_load(R"({"gas": {"pressure": 0}, "cavity": 0})"),
-              at + ".gas.pressure: is 0, but must be > 0");
+              at + ".gas.pressure: is 0, but must be between 1e-30 and 1e30");
     EXPECT_EQ(with_load(R"({"gas": {"exponent": 0.9}, "cavity": 0})"),
               at + ".gas.exponent: is 0.9, but must be between 1 and 10");
     EXPECT_EQ(with_load(R"({"gas": {"temperature": 300}, "cavity": 0})").find(at + ".gas"), 0u);
@@ -156,9 +156,9 @@ TEST(Scene, RefusesLoadsThatAreWrong) {
     const std::string at = "bodies[0].loads[0]";
     EXPECT_EQ(with_load(R"({"force": [0, 0, 1], "factor": [[2, 3]]})"), "");
     EXPECT_EQ(with_load("{}"),
-              at + R"(: needs exactly one of "force", "torque", "acceleration" and "pressure")");
+              at + R"(: needs exactly one of "force", "torque", "acceleration", "pressure" and "gas")");
     EXPECT_EQ(with_load(R"({"force": [0, 0, 1], "pressure": 5})"),
-              at + R"(: needs exactly one of "force", "torque", "acceleration" and "pressure")");
+              at + R"(: needs exactly one of "force", "torque", "acceleration", "pressure" and "gas")");
     EXPECT_EQ(with_load(R"({"force": 5})"), at + ".force: must be three numbers, not 5");
     EXPECT_EQ(with_load(R"({"pressure": [1, 2, 3]})"), at + ".pressure: must be a number, not [1,2,3]");
     EXPECT_EQ(with_load(R"({"pressure": 5, "factor": 2})"), at + ".factor: must be pairs of numbers, not 2");
