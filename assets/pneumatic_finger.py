@@ -37,7 +37,7 @@ def main(path):
     parts = [box((-0.5, -0.1, -0.1), (0.5, 0.1, 0.1), (20, 4, 4), False)]
     for k in range(4):
         x = -0.44 + 0.23 * k
-        parts.append(box((x, -0.07, 0.01), (x + 0.19, 0.07, 0.075), (4, 3, 2), True))
+        parts.append(box((x, -0.04, 0.01), (x + 0.19, 0.04, 0.07), (4, 2, 2), True))
     with open(path, "w") as file:
         first = 1
         for vertices, _ in parts:
