@@ -17,6 +17,7 @@
 #include "meshing/formats/read_surface.hpp"
 #include "meshing/formats/read_tets.hpp"
 #include "meshing/surface/check_surface.hpp"
+#include "meshing/surface/face_groups.hpp"
 #include "meshing/surface/solid_boundary.hpp"
 #include "meshing/surface/weld.hpp"
 
@@ -24,7 +25,8 @@ namespace nbd {
 namespace {
 
 /// Reads a surface if there is room for it and for what follows. fills: the surface itself with tetrahedra.
-TriMesh surface_of(const std::filesystem::path& path, bool fills, const Output& out) {
+TriMesh surface_of(const std::filesystem::path& path, bool fills, const Output& out,
+                   std::vector<FaceGroup>& groups) {
     // Measured at the peak: reading, and filling the surface or wrapping it.
     constexpr double read_per_byte = 8, filled_per_face = 3500, wrapped_per_face = 900;
     std::error_code error;  // read_surface() says what is wrong
@@ -33,7 +35,7 @@ TriMesh surface_of(const std::filesystem::path& path, bool fills, const Output& 
         check_memory(fmt::format("{}: reading it", path.string()), read_per_byte * static_cast<double>(bytes),
                      "", out);
     out.work("reading the surface");
-    TriMesh surface = read_surface(path);
+    TriMesh surface = read_surface(path, &groups);
     check_memory(fmt::format("{}: a surface of {} faces", path.string(), surface.F.rows()),
                  (fills ? filled_per_face : wrapped_per_face) * static_cast<double>(surface.F.rows()),
                  fills ? "; --cage needs less" : "", out);
@@ -101,76 +103,21 @@ Body rigid_body_of(const std::filesystem::path& path, TriMesh surface, double de
     return body;
 }
 
-}  // namespace
-
-bool holds_tets(const std::filesystem::path& path) {
-    const std::string extension = path.extension().string();
-    return extension == ".msh" || extension == ".vtk" || extension == ".vtu" || extension == ".mesh" ||
-           extension == ".h5";
+/// Gives a body the groups of the surface that it was made of, and tells them. surface: counted from zero as
+/// the body's origin is.
+void take_groups(Body& body, TriMesh surface, const std::vector<FaceGroup>& groups, const Output& out) {
+    if (groups.size() > max_regions)
+        return out.text(
+            fmt::format("{} groups of faces are left out; allowed: at most {}", groups.size(), max_regions));
+    surface.X.rowwise() -= body.origin.transpose();
+    body.face_groups = groups_on(body.surface, surface, groups);
+    for (const FaceGroup& group : body.face_groups)
+        out.text(fmt::format("group \"{}\": {} faces", group.name, group.faces.size()));
 }
 
-Body body_of_tets(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out) {
-    const bool of_body = path.extension() == ".h5";
-    std::vector<std::string> notes;
-    TetMesh tets;
-    Material material = config.material;
-    std::vector<MaterialRegion> regions;
-    std::vector<TetGroup> groups;
-    Eigen::Vector3d origin = Eigen::Vector3d::Zero();
-    TriMesh body_surface;  // of a body file that becomes a rigid body
-    if (of_body) {
-        Body body = load_body(path);
-        if (is_rigid(body.tets) && !config.rigid)
-            throw std::invalid_argument(
-                fmt::format("{}: it is a rigid body, which has no tetrahedra of its own; allowed: --elements "
-                            "rigid",
-                            path.string()));
-        if (config.rigid) {
-            body.material = mean_material(body);
-            body_surface = std::move(body.surface);
-            body_surface.X = config.sized(body_surface.X);
-        }
-        origin = config.sized(body.origin.transpose()).transpose();
-        tets = std::move(body.tets);
-        material = body.material;
-        regions = std::move(body.regions);
-    } else {
-        tets = read_tets(path, &notes, &groups);
-    }
-    for (const std::string& note : notes) out.text(note);
-    tets.X = config.sized(tets.X);
-    out.work("making the body");
-    if (groups.size() > max_regions) {
-        out.text(fmt::format("{} groups of tetrahedra are left out; regions of material: at most {}",
-                             groups.size(), max_regions));
-        groups.clear();
-    }
-    for (const TetGroup& group : groups)
-        out.text(fmt::format("region \"{}\": {} tetrahedra", group.name, group.tets.size()));
-    try {
-        if (config.rigid) {
-            TriMesh surface = of_body ? std::move(body_surface) : boundary_surface(tets);
-            Body body = rigid_body_of(path, std::move(surface), material.density, config, out);
-            body.origin += origin;
-            return body;
-        }
-        if (!of_body) regions = regions_of(groups, config);
-        tets = as_elements(std::move(tets), config.elements);
-        Body body = make_body(path.stem().string(), std::move(tets), material, config.levels, config.scheme);
-        body.regions = std::move(regions);
-        body.origin += origin;
-        check_body(body);
-        tell_origin(body.origin, out);
-        return body;
-    } catch (const std::invalid_argument& error) {
-        throw std::invalid_argument(fmt::format("{}: {}", path.string(), error.what()));
-    }
-}
-
-MeshedFile body_of_surface(const std::filesystem::path& path, const MeshFileConfig& config,
-                           const Output& out) {
-    TriMesh surface = surface_of(path, config.cage == 0 && config.inside.empty(), out);
-    surface.X = config.sized(surface.X);
+/// Of a surface that has its size. path: for messages.
+MeshedFile body_of(const std::filesystem::path& path, TriMesh surface, const MeshFileConfig& config,
+                   const Output& out) {
     const Nodes scaled = surface.X;
     const Eigen::Index faces = surface.F.rows();
     WeldReport weld;
@@ -211,6 +158,99 @@ MeshedFile body_of_surface(const std::filesystem::path& path, const MeshFileConf
         throw std::invalid_argument(fmt::format("{}: {}{}", path.string(), error.what(),
                                                 changes_of(scaled, config.scale, weld, faces)));
     }
+}
+
+}  // namespace
+
+bool holds_tets(const std::filesystem::path& path) {
+    const std::string extension = path.extension().string();
+    return extension == ".msh" || extension == ".vtk" || extension == ".vtu" || extension == ".mesh" ||
+           extension == ".h5";
+}
+
+Body body_of_tets(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out) {
+    const bool of_body = path.extension() == ".h5";
+    std::vector<std::string> notes;
+    TetMesh tets;
+    Material material = config.material;
+    std::vector<MaterialRegion> regions;
+    std::vector<TetGroup> groups;
+    std::vector<FaceGroup> face_groups;
+    TriMesh with_groups;  // the surface that these are of
+    Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+    TriMesh body_surface;  // of a body file that becomes a rigid body
+    if (of_body) {
+        Body body = load_body(path);
+        if (is_rigid(body.tets) && !config.rigid)
+            throw std::invalid_argument(
+                fmt::format("{}: it is a rigid body, which has no tetrahedra of its own; allowed: --elements "
+                            "rigid",
+                            path.string()));
+        if (config.rigid) {
+            body.material = mean_material(body);
+            body_surface = std::move(body.surface);
+            body_surface.X = config.sized(body_surface.X);
+        }
+        origin = config.sized(body.origin.transpose()).transpose();
+        face_groups = std::move(body.face_groups);
+        with_groups = body_surface.F.rows() > 0 ? body_surface : std::move(body.surface);
+        if (!config.rigid) with_groups.X = config.sized(with_groups.X);
+        tets = std::move(body.tets);
+        material = body.material;
+        regions = std::move(body.regions);
+    } else {
+        tets = read_tets(path, &notes, &groups, &face_groups);
+    }
+    for (const std::string& note : notes) out.text(note);
+    tets.X = config.sized(tets.X);
+    if (!of_body) with_groups = {tets.X, boundary_faces(tets)};
+    out.work("making the body");
+    if (groups.size() > max_regions) {
+        out.text(fmt::format("{} groups of tetrahedra are left out; regions of material: at most {}",
+                             groups.size(), max_regions));
+        groups.clear();
+    }
+    for (const TetGroup& group : groups)
+        out.text(fmt::format("region \"{}\": {} tetrahedra", group.name, group.tets.size()));
+    try {
+        if (config.rigid) {
+            TriMesh surface = of_body ? std::move(body_surface) : boundary_surface(tets);
+            Body body = rigid_body_of(path, std::move(surface), material.density, config, out);
+            take_groups(body, with_groups, face_groups, out);
+            body.origin += origin;
+            return body;
+        }
+        if (!of_body) regions = regions_of(groups, config);
+        tets = as_elements(std::move(tets), config.elements);
+        Body body = make_body(path.stem().string(), std::move(tets), material, config.levels, config.scheme);
+        body.regions = std::move(regions);
+        take_groups(body, with_groups, face_groups, out);
+        body.origin += origin;
+        check_body(body);
+        tell_origin(body.origin, out);
+        return body;
+    } catch (const std::invalid_argument& error) {
+        throw std::invalid_argument(fmt::format("{}: {}", path.string(), error.what()));
+    }
+}
+
+MeshedFile body_of_surface(const std::filesystem::path& path, const MeshFileConfig& config,
+                           const Output& out) {
+    std::vector<FaceGroup> groups;
+    TriMesh surface = surface_of(path, config.cage == 0 && config.inside.empty(), out, groups);
+    surface.X = config.sized(surface.X);
+    if (groups.size() > max_regions) {
+        out.text(
+            fmt::format("{} groups of faces are left out; allowed: at most {}", groups.size(), max_regions));
+        groups.clear();
+    }
+    if (groups.empty()) return body_of(path, std::move(surface), config, out);
+    MeshedFile result = body_of(path, surface, config, out);
+    surface.X.rowwise() -= result.body.origin.transpose();
+    result.body.face_groups = groups_on(result.body.surface, surface, groups);
+    for (const FaceGroup& group : result.body.face_groups)
+        out.text(fmt::format("group \"{}\": {} faces", group.name, group.faces.size()));
+    return result;
 }
 
 MeshedFile mesh_file(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out) {

@@ -74,6 +74,27 @@ std::vector<MaterialRegion> read_regions(const h5::Reader& file) {
     return regions;
 }
 
+/// Like regions, numbered.
+void write_face_groups(h5::Writer& file, const std::vector<FaceGroup>& groups) {
+    for (std::size_t i = 0; i < groups.size(); ++i) {
+        const std::string group = fmt::format("face_groups/{:03}", i);
+        file.group(group);
+        file.attribute(group, "name", groups[i].name);
+        file.write(group + "/faces", groups[i].faces, h5::Packing::deflate);
+    }
+}
+
+std::vector<FaceGroup> read_face_groups(const h5::Reader& file) {
+    std::vector<FaceGroup> groups;
+    if (!file.has("face_groups")) return groups;
+    for (const std::string& child : file.children("face_groups")) {
+        const std::string group = "face_groups/" + child;
+        groups.push_back({.name = file.attribute<std::string>(group, "name"),
+                          .faces = file.read<int>(group + "/faces", {h5::any})});
+    }
+    return groups;
+}
+
 /// Runs check_body() and adds the file's path to the message.
 void check(const std::filesystem::path& path, const Body& body) {
     try {
@@ -145,6 +166,7 @@ void save_body(const std::filesystem::path& path, const Body& body) {
     h5::write_sparse(file, "embedding", body.W);
     write_material(file, "material", body.material);
     write_regions(file, body.regions);
+    write_face_groups(file, body.face_groups);
     if (body.modes.count() > 0) {
         file.write("modes/U", body.modes.U);
         file.write("modes/frequencies", body.modes.frequencies);
@@ -170,6 +192,7 @@ Body load_body(const std::filesystem::path& path) {
     body.W = h5::read_sparse<double>(file, "embedding", vertices, nodes);
     body.material = read_material(file, "material");
     body.regions = read_regions(file);
+    body.face_groups = read_face_groups(file);
     if (file.has_attribute("/", "bending_error"))
         body.bending_error = file.attribute<double>("/", "bending_error");
     if (file.has("modes")) {
@@ -339,6 +362,7 @@ void check_body(const Body& body) {
         throw std::invalid_argument("the bending error is not finite; allowed: finite numbers");
     check_material(body.material);
     check_regions(body.regions, body.material, body.tets.T.rows());
+    check_face_groups(body.face_groups, body.surface.F.rows());
     check_modes(body.modes, body.tets.X.rows());
 }
 

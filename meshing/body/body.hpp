@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "meshing/body/material.hpp"
+#include "meshing/surface/face_groups.hpp"
 #include "meshing/surface/mesh.hpp"
 
 namespace nbd {
@@ -29,6 +30,7 @@ struct Body {
     Embedding W;      // [surface vertices, tet nodes]
     Material material;
     std::vector<MaterialRegion> regions{};  // distinct tetrahedra and names; all others are of `material`
+    std::vector<FaceGroup> face_groups{};   // of the surface, with distinct names; a face may be in several
     ModeBasis modes;
     // By how much it bends too little, as nbd::bending_error() estimated; empty: not known.
     std::optional<double> bending_error{};

@@ -139,7 +139,7 @@ Triangles triangulate_polygon(NodesRef X, std::span<const int> corners) {
     return triangles.empty() ? fan(corners) : triangles;
 }
 
-TriMesh triangulate(const PolygonSoup& soup) {
+TriMesh triangulate(const PolygonSoup& soup, std::vector<int>* face_of) {
     constexpr std::size_t most = std::numeric_limits<int>::max();
     if (soup.X.size() > most || soup.corners.size() > most)
         throw std::runtime_error(
@@ -171,6 +171,7 @@ TriMesh triangulate(const PolygonSoup& soup) {
         }
         if (polygon.size() < 3) continue;
         for (const auto& triangle : triangulate_polygon(mesh.X, polygon)) triangles.push_back(triangle);
+        if (face_of) face_of->resize(triangles.size(), static_cast<int>(f));
     }
     if (triangles.empty()) throw std::runtime_error("no faces in the file");
     mesh.F.resize(triangles.size(), 3);

@@ -4,6 +4,8 @@
 #include <array>
 #include <cstdint>
 #include <fstream>
+#include <iterator>
+#include <map>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -81,12 +83,36 @@ class ObjReader {
 
     void statement(std::string_view text, std::int64_t at) {
         text.remove_prefix(std::min(text.find_first_not_of(obj_white), text.size()));
+        if (text.starts_with('g') || text.starts_with('o') || text.starts_with('u'))
+            return begin_groups(text);
         if (text.size() < 2 || (text[0] != 'v' && text[0] != 'f') ||
             obj_white.find(text[1]) == obj_white.npos)
             return;
         const bool is_vertex = text[0] == 'v';
         text = text.substr(1, text.find('#') - 1);
         is_vertex ? add_vertex(text, at) : add_face(text, at);
+    }
+
+    /// A line of names that belong to the faces after it. `g` may have several; the name of `o` or `usemtl`
+    /// may have spaces in it.
+    void begin_groups(std::string_view text) {
+        const std::string_view kind = take_word(text);
+        if (kind != "g" && kind != "o" && kind != "usemtl") return;
+        std::vector<int>& current = current_[std::string(kind)];
+        current.clear();
+        const auto add = [&](std::string_view name) {
+            if (name.empty()) return;
+            const auto [known, is_new] =
+                number_of_group_.try_emplace(std::string(name), std::ssize(soup_.groups));
+            if (is_new) soup_.groups.push_back({.name = std::string(name), .faces = {}});
+            current.push_back(known->second);
+        };
+        if (kind == "g") {
+            for (std::string_view name = take_word(text); !name.empty(); name = take_word(text)) add(name);
+            return;
+        }
+        text.remove_prefix(std::min(text.find_first_not_of(obj_white), text.size()));
+        add(text.substr(0, text.find_last_not_of(obj_white) + 1));
     }
 
     void add_vertex(std::string_view text, std::int64_t at) {
@@ -122,7 +148,12 @@ class ObjReader {
             }
             soup_.corners.push_back(*index > 0 ? *index - 1 : vertex_count() + *index);
         }
+        const int face = static_cast<int>(soup_.face_end.size());
         soup_.face_end.push_back(soup_.corners.size());
+        for (const auto& [kind, groups] : current_)
+            for (const int group : groups)
+                if (std::vector<int>& faces = soup_.groups[group].faces; faces.empty() || faces.back() < face)
+                    faces.push_back(face);
     }
 
     /// Numbers the vertices anew and leaves out those that no face has.
@@ -142,7 +173,9 @@ class ObjReader {
     std::int64_t vertex_count() const { return all_.size(); }
 
     std::vector<std::array<double, 3>> all_;
-    PolygonSoup soup_;  // until the end with corners among all vertices
+    PolygonSoup soup_;                                 // until the end with corners among all vertices
+    std::map<std::string, std::vector<int>> current_;  // numbers of the groups by the kind of line
+    std::map<std::string, int> number_of_group_;
     std::int64_t number_ = 0;
     std::string begun_;  // a line that goes on
     std::int64_t begun_number_ = 0;

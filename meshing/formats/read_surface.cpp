@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "collision/base/file_name.hpp"
 #include "meshing/formats/surface_formats.hpp"
@@ -44,10 +46,28 @@ const SurfaceFormat& check_file(const fs::path& path) {
     return *format;
 }
 
+/// Without those of all triangles.
+std::vector<FaceGroup> groups_of_triangles(const PolygonSoup& soup, const std::vector<int>& face_of) {
+    std::vector<FaceGroup> result;
+    for (const FaceGroup& group : soup.groups) {
+        std::vector<char> is_in(soup.face_count(), 0);
+        for (const int face : group.faces) is_in[face] = 1;
+        FaceGroup mine{.name = group.name, .faces = {}};
+        for (std::size_t t = 0; t < face_of.size(); ++t)
+            if (is_in[face_of[t]]) mine.faces.push_back(static_cast<int>(t));
+        if (!mine.faces.empty() && mine.faces.size() < face_of.size()) result.push_back(std::move(mine));
+    }
+    return result;
+}
+
 }  // namespace
 
-TriMesh read_surface(const fs::path& path) try {
-    return weld(triangulate(check_file(path).read(path)));
+TriMesh read_surface(const fs::path& path, std::vector<FaceGroup>* groups) try {
+    const PolygonSoup soup = check_file(path).read(path);
+    std::vector<int> face_of;
+    TriMesh mesh = weld(triangulate(soup, &face_of));
+    if (groups) *groups = groups_of_triangles(soup, face_of);
+    return mesh;
 } catch (const std::exception& error) {
     const std::string reason = error.what();
     if (reason.starts_with(path.string())) throw;  // names the place in the file, too

@@ -1,8 +1,9 @@
 #pragma once
 
 #include <filesystem>
+#include <vector>
 
-#include "meshing/surface/mesh.hpp"
+#include "meshing/surface/face_groups.hpp"
 
 namespace nbd {
 
@@ -14,7 +15,8 @@ namespace nbd {
 /// double precision. The surface may be open, degenerate and so on: see check_surface(). Throws a one-line
 /// std::runtime_error that starts with the path for a missing, empty or unreadable file, a directory, an
 /// unknown extension, a truncated file if the format allows to detect it, a face index out of range, a
-/// coordinate that no float32 can hold, or a file without faces.
-TriMesh read_surface(const std::filesystem::path& path);
+/// coordinate that no float32 can hold, or a file without faces. groups: out, the groups of faces that an
+/// .obj file names by `g`, `o` and `usemtl`, except those of all faces, in its order; null: not wanted.
+TriMesh read_surface(const std::filesystem::path& path, std::vector<FaceGroup>* groups = nullptr);
 
 }  // namespace nbd

@@ -44,6 +44,8 @@ int drop_unused_nodes(TetFileContent& content) {
     }
     for (auto& tet : content.tets)
         for (int& node : tet) node = row[node];
+    for (auto& triangle : content.triangles)
+        for (int& node : triangle) node = row[node];
     const int dropped = content.nodes.size() - kept;
     content.nodes.resize(kept);
     return dropped;
@@ -120,10 +122,43 @@ std::vector<TetGroup> groups_of(const TetFileContent& content) {
     return groups;
 }
 
+/// Groups of boundary faces that the file has as triangles, by name, but for a single one of all of them
+/// without a name.
+std::vector<FaceGroup> face_groups_of(const TetFileContent& content, const TetMesh& tets) {
+    const Faces boundary = boundary_faces(tets);
+    std::map<std::array<int, 3>, int> row;
+    for (Eigen::Index f = 0; f < boundary.rows(); ++f) row[sorted_corners(boundary, f)] = static_cast<int>(f);
+    std::map<std::string, FaceGroup> found;
+    bool has_names = false;
+    for (std::size_t k = 0; k < content.triangles.size(); ++k) {
+        std::array<int, 3> corners = content.triangles[k];
+        std::ranges::sort(corners);
+        const auto face = row.find(corners);
+        if (face == row.end()) continue;
+        const int number = std::abs(content.group_of_triangle[k]);
+        const auto given = content.triangle_group_names.find(number);
+        const bool is_named = given != content.triangle_group_names.end() && !given->second.empty();
+        has_names = has_names || is_named;
+        const std::string name = is_named ? given->second : fmt::format("group {}", number);
+        FaceGroup& group = found[name];
+        group.name = name;
+        group.faces.push_back(face->second);
+    }
+    std::vector<FaceGroup> groups;
+    for (auto& [name, group] : found) {
+        std::ranges::sort(group.faces);
+        const auto repeated = std::ranges::unique(group.faces);
+        group.faces.erase(repeated.begin(), repeated.end());
+        groups.push_back(std::move(group));
+    }
+    if (!has_names && groups.size() == 1 && std::ssize(groups[0].faces) == boundary.rows()) return {};
+    return groups;
+}
+
 }  // namespace
 
 TetMesh read_tets(const std::filesystem::path& path, std::vector<std::string>* notes,
-                  std::vector<TetGroup>* groups) {
+                  std::vector<TetGroup>* groups, std::vector<FaceGroup>* face_groups) {
     TetFileContent content = read_file(path);
     try {
         if (content.tets.empty()) throw std::runtime_error("the file holds no tetrahedra");
@@ -134,6 +169,7 @@ TetMesh read_tets(const std::filesystem::path& path, std::vector<std::string>* n
         const int turned = orient(tets);
         check_faces(tets);
         if (groups) *groups = groups_of(content);
+        if (face_groups) *face_groups = face_groups_of(content, tets);
         if (notes) {
             if (content.other_cells > 0)
                 notes->push_back(

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "meshing/surface/mesh.hpp"
+#include "meshing/surface/face_groups.hpp"
 
 namespace nbd {
 
@@ -21,9 +21,11 @@ struct TetGroup {
 /// other volume cells are an error. notes: if given, receives one line for each kind of repair or omission.
 /// groups: if given, receives the groups in the order of their names, unless all tetrahedra are in a single
 /// one without a name. Number 0 is no group. A volume in several physical groups counts for its first. Groups
-/// of partitioned .msh 4.1 files are not read. Throws a one-line std::runtime_error (path, place, reason) for
-/// anything else, including truncated files.
+/// of partitioned .msh 4.1 files are not read. face_groups: if given, receives groups of rows of
+/// boundary_faces() likewise, of physical surfaces of gmsh and of references of Medit's triangles, which
+/// stand behind the vertices there. Throws a one-line std::runtime_error (path, place, reason) for anything
+/// else, including truncated files.
 TetMesh read_tets(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr,
-                  std::vector<TetGroup>* groups = nullptr);
+                  std::vector<TetGroup>* groups = nullptr, std::vector<FaceGroup>* face_groups = nullptr);
 
 }  // namespace nbd

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "meshing/surface/mesh.hpp"
+#include "meshing/surface/face_groups.hpp"
 
 namespace nbd {
 
@@ -15,13 +15,15 @@ struct PolygonSoup {
     std::vector<std::array<double, 3>> X;
     std::vector<std::int64_t> corners;  // rows of X
     std::vector<std::size_t> face_end;  // for each face, one past its last corner
+    std::vector<FaceGroup> groups{};    // of these faces
     std::size_t face_count() const noexcept { return face_end.size(); }
 };
 
-/// Triangles in the order of the faces. Skips faces with fewer than three corners. Throws std::runtime_error,
+/// Triangles in the order of the faces. Skips faces with fewer than three corners. face_of: out, the face of
+/// each triangle; null: not wanted. Throws std::runtime_error,
 /// naming the face or vertex, for an index out of range, a coordinate that no float32 can hold, no faces at
 /// all, or more than 2^31 - 1 vertices or face corners.
-TriMesh triangulate(const PolygonSoup& soup);
+TriMesh triangulate(const PolygonSoup& soup, std::vector<int>* face_of = nullptr);
 
 /// The triangles of the scene of a .glb file (glTF 2.0), node by node with their transforms, in metres and
 /// with z up: glTF has y up, and (x, y, z) of it becomes (x, -z, y). Points and lines are skipped; skins and
@@ -31,9 +33,10 @@ TriMesh triangulate(const PolygonSoup& soup);
 PolygonSoup read_glb(const std::filesystem::path& path);
 
 /// The faces of a Wavefront OBJ file, in its order, and their vertices in the order in which the faces name
-/// them. Reads `v` and `f` alone. A vertex has 3 numbers, 4 with a weight that divides the others, or 6 with
-/// a colour; a number may have a decimal comma. A corner names a vertex of the file, from 1 on, or from -1
-/// back from the last one before the face. A line that ends in a backslash goes on in the next one. Throws
+/// them. Reads `v` and `f`, and `g`, `o` and `usemtl`, whose names are groups of the faces that follow until
+/// the next of the same kind. A vertex has 3 numbers, 4 with a weight that divides the others, or 6 with a
+/// colour; a number may have a decimal comma. A corner names a vertex of the file, from 1 on, or from -1 back
+/// from the last one before the face. A line that ends in a backslash goes on in the next one. Throws
 /// std::runtime_error with the line's number, what it holds and what was allowed.
 PolygonSoup read_obj(const std::filesystem::path& path);
 

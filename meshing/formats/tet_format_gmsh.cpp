@@ -16,7 +16,7 @@ constexpr ElementType element_types[] = {
     {},      {2, 1},  {3, 2},  {4, 2},  {4, 3}, {8, 3}, {6, 3},  {5, 3},  {3, 1},  {6, 2}, {9, 2},
     {10, 3}, {27, 3}, {18, 3}, {14, 3}, {1, 0}, {8, 2}, {20, 3}, {15, 3}, {13, 3}, {9, 2}, {10, 2},
     {12, 2}, {15, 2}, {15, 2}, {21, 2}, {4, 1}, {5, 1}, {6, 1},  {20, 3}, {35, 3}, {56, 3}};
-constexpr int gmsh_tetrahedron = 4;
+constexpr int gmsh_triangle = 2, gmsh_tetrahedron = 4;
 
 class GmshReader {
  public:
@@ -84,14 +84,15 @@ class GmshReader {
             const std::string_view text = in_.line();
             const std::size_t open = text.find('"'), close = text.rfind('"');
             if (open == text.npos || close == open) in_.fail("expected a name in quotes");
-            if (dimension == 3)
-                content_.group_names[number] = std::string(text.substr(open + 1, close - open - 1));
+            const std::string name(text.substr(open + 1, close - open - 1));
+            if (dimension == 3) content_.group_names[number] = name;
+            if (dimension == 2) content_.triangle_group_names[number] = name;
         }
     }
 
     std::size_t count_4(std::string_view things) { return in_.count(things, 1); }
 
-    /// Keeps the first physical group of each volume.
+    /// Keeps the first physical group of each volume and surface.
     void read_entities() {
         const std::size_t counts[] = {count_4("points"), count_4("curves"), count_4("surfaces"),
                                       count_4("volumes")};
@@ -102,7 +103,7 @@ class GmshReader {
                 const std::size_t groups = count_4("groups");
                 for (std::size_t g = 0; g < groups; ++g) {
                     const int number = in_.int32();
-                    if (dimension == 3 && g == 0) group_of_volume_[tag] = number;
+                    if (dimension >= 2 && g == 0) group_of_entity_[dimension - 2][tag] = number;
                 }
                 if (dimension == 0) continue;
                 const std::size_t bounding = count_4("bounding entities");
@@ -179,23 +180,33 @@ class GmshReader {
         return type;
     }
 
+    template <std::size_t count, class Get>
+    std::array<int, count> corners_of(const char* what, std::size_t index, Get get) {
+        std::array<int, count> corners{};
+        for (int& corner : corners) {
+            const std::int64_t tag = get();
+            const auto found = row_of_tag_.find(tag);
+            if (found == row_of_tag_.end())
+                in_.fail(fmt::format("{} {} refers to node {}, which is not in the file", what, index, tag));
+            corner = found->second;
+        }
+        return corners;
+    }
+
     /// Reads the nodes of one element. group: its physical group, 0 if none. get: reads the next tag.
     template <class Get>
     void read_corners(int number, const ElementType& type, int group, Get get) {
         if (number != gmsh_tetrahedron) {
-            for (int c = 0; c < type.nodes; ++c) get();
             ++content_.other_cells;
+            if (number == gmsh_triangle && group != 0) {
+                content_.triangles.push_back(corners_of<3>("triangle", content_.triangles.size(), get));
+                content_.group_of_triangle.push_back(group);
+                return;
+            }
+            for (int c = 0; c < type.nodes; ++c) get();
             return;
         }
-        std::array<int, 4> tet{};
-        for (int& corner : tet) {
-            const std::int64_t tag = get();
-            const auto found = row_of_tag_.find(tag);
-            if (found == row_of_tag_.end())
-                in_.fail(fmt::format("tetrahedron {} refers to node {}, which is not in the file",
-                                     content_.tets.size(), tag));
-            corner = found->second;
-        }
+        const std::array<int, 4> tet = corners_of<4>("tetrahedron", content_.tets.size(), get);
         content_.tets.push_back(tet);
         content_.group_of_tet.push_back(group);
     }
@@ -239,8 +250,10 @@ class GmshReader {
         std::size_t done = 0;
         for (std::size_t b = 0; b < blocks; ++b) {
             const int dimension = in_.int32(), entity = in_.int32(), number = in_.int32();
-            const auto found = dimension == 3 ? group_of_volume_.find(entity) : group_of_volume_.end();
-            const int group = found == group_of_volume_.end() ? 0 : found->second;
+            int group = 0;
+            if (dimension == 2 || dimension == 3)
+                if (const auto& groups = group_of_entity_[dimension - 2]; groups.contains(entity))
+                    group = groups.at(entity);
             const std::size_t n = in_.count("elements", 4);
             const ElementType type = type_of(number);
             for (std::size_t e = 0; e < n; ++e) {
@@ -257,7 +270,7 @@ class GmshReader {
     bool binary_ = false, swapped_ = false;
     TetFileContent content_;
     std::unordered_map<std::int64_t, int> row_of_tag_;
-    std::unordered_map<int, int> group_of_volume_;
+    std::array<std::unordered_map<int, int>, 2> group_of_entity_;  // of surfaces and volumes
 };
 
 }  // namespace

@@ -65,6 +65,23 @@ TetFileContent read_medit(FileCursor& in) {
                 }
                 content.group_of_tet.push_back(in.int32());
             }
+        } else if (keyword == "Triangles" && !content.nodes.empty()) {
+            const std::size_t count = in.count("triangles", 8);
+            content.other_cells += static_cast<int>(count);
+            for (std::size_t f = 0; f < count; ++f) {
+                std::array<int, 3> triangle{};
+                for (int& corner : triangle) {
+                    const std::int64_t node = in.int64();
+                    if (node < 1 || node > std::ssize(content.nodes))
+                        in.fail(fmt::format("triangle {} refers to node {}; allowed: 1 to {}", f, node,
+                                            content.nodes.size()));
+                    corner = static_cast<int>(node - 1);
+                }
+                const int group = in.int32();
+                if (group == 0) continue;
+                content.triangles.push_back(triangle);
+                content.group_of_triangle.push_back(group);
+            }
         } else {
             // Skips an unused list: numbers up to the next keyword.
             if (is_volume(keyword) && in.count("cells", 2) > 0)

@@ -18,6 +18,10 @@ struct TetFileContent {
     int other_cells = 0;                   // number of skipped points, lines and surface cells
     std::vector<int> group_of_tet;  // [tets] number of its group, 0: none; empty if the format has none
     std::map<int, std::string> group_names;  // where the file names them
+    // Triangles with a group, by nodes, and the number of that; names of these groups, where there are any.
+    std::vector<std::array<int, 3>> triangles{};
+    std::vector<int> group_of_triangle{};
+    std::map<int, std::string> triangle_group_names{};
 };
 
 /// Parsers of the formats. Each throws std::runtime_error as FileCursor does. A volume cell other than a

@@ -16,7 +16,7 @@ struct CarriedPoint {
 
 /// The potential of two points that hold each other, in their difference d = a - b [3], metres:
 ///
-///   1/2 d^T K d + 1/2 stiffness stretch^2,   stretch = s - length,
+///   1/2 d^T K d + 1/2 stiffness stretch^2 + tension s,   stretch = s - length,
 ///
 /// where s = along.d, or |d| if `along` is zero. K is symmetric positive semi-definite. Where `pulls_only`,
 /// a negative stretch counts as zero. Damping resists the rate of s where the second term acts.
@@ -27,6 +27,7 @@ struct BondLaw {
     double length = 0;                                // metres
     bool pulls_only = false;
     double damping = 0;  // N s/m
+    double tension = 0;  // newtons, >= 0
 
     struct Terms {
         double energy = 0;                                   // joules

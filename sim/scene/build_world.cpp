@@ -6,7 +6,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
+#include <map>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 #include <variant>
@@ -17,6 +19,7 @@
 #include "meshing/body/rigid_body.hpp"
 #include "meshing/formats/read_surface.hpp"
 #include "meshing/surface/solid_boundary.hpp"
+#include "sim/scene/read_parts.hpp"
 #include "sim/scene/scene_check.hpp"
 #include "sim/world/hang_on_body.hpp"
 
@@ -28,12 +31,6 @@ Nodes placed(const Nodes& X, const Placement& placement) {
            placement.translate.transpose();
 }
 
-bool contains(const Region& region, const Eigen::Vector3d& p) {
-    if (const auto* box = std::get_if<Eigen::AlignedBox3d>(&region)) return box->contains(p);
-    const BallShape& ball = std::get<BallShape>(region);
-    return (p - ball.centre).norm() <= ball.radius;
-}
-
 /// Velocities of a body that moves with the scene's velocity and rotates about its centre of mass.
 Nodes rigid_velocities(const ElasticBody& elastic, const Nodes& x, const SceneBody& spec) {
     const Eigen::Vector3d centre = x.transpose() * elastic.node_masses() / elastic.mass();
@@ -41,38 +38,6 @@ Nodes rigid_velocities(const ElasticBody& elastic, const Nodes& x, const SceneBo
     for (Eigen::Index i = 0; i < x.rows(); ++i)
         v.row(i) = spec.velocity + spec.angular_velocity.cross(x.row(i).transpose() - centre);
     return v;
-}
-
-Grip take_nodes(const SceneGrip& from, const Nodes& x) {
-    Grip grip = from.grip;
-    grip.nodes = nodes_in(from.region, x);
-    if (grip.nodes.empty())
-        throw std::invalid_argument(fmt::format("{}: the region holds no node of the body", from.key));
-    return grip;
-}
-
-/// The load on the part of a body in its region, as the body is placed.
-BodyLoad take_part(const SceneLoad& from, const WorldBody& body) {
-    const auto refuse = [&](const char* what) {
-        throw std::invalid_argument(fmt::format("{}: {}", from.key, what));
-    };
-    BodyLoad load = from.load;
-    if (load.kind == LoadKind::pressure || load.kind == LoadKind::gas) {
-        const Nodes x = embedded(body.W, body.state.x);
-        if (!from.region) {
-            load.faces = faces_at(from, x, body.F);
-            return load;
-        }
-        std::vector<char> is_in(x.rows(), 0);
-        for (const int vertex : nodes_in(*from.region, x)) is_in[vertex] = 1;
-        for (int f = 0; f < body.F.rows(); ++f)
-            if (is_in[body.F(f, 0)] && is_in[body.F(f, 1)] && is_in[body.F(f, 2)]) load.faces.push_back(f);
-        if (load.faces.empty()) refuse("the region holds no face of the body's surface");
-        return load;
-    }
-    if (from.region) load.nodes = nodes_in(*from.region, body.state.x);
-    if (from.region && load.nodes.empty()) refuse("the region holds no node of the body");
-    return load;
 }
 
 /// A rigid body is held by its four nodes or by none, and is not scaled.
@@ -89,24 +54,6 @@ void check_rigid_grips(const SceneBody& spec, const WorldBody& body) {
                 throw std::invalid_argument(
                     fmt::format("{}: a rigid body cannot be scaled", spec.grips[g].key));
     }
-}
-
-/// Tetrahedra whose centres lie in a region, ascending.
-std::vector<int> tets_in(const Region& region, const Nodes& x, const Tets& T) {
-    Nodes centres(T.rows(), 3);
-    for (Eigen::Index t = 0; t < T.rows(); ++t)
-        centres.row(t) = 0.25 * (x.row(T(t, 0)) + x.row(T(t, 1)) + x.row(T(t, 2)) + x.row(T(t, 3)));
-    return nodes_in(region, centres);
-}
-
-const MaterialRegion& region_named(const std::vector<MaterialRegion>& regions,
-                                   const SceneMaterialRegion& wanted) {
-    const auto found = std::ranges::find(regions, wanted.group, &MaterialRegion::name);
-    if (found != regions.end()) return *found;
-    std::string names;
-    for (const MaterialRegion& region : regions) names += (names.empty() ? "" : ", ") + region.name;
-    throw std::invalid_argument(fmt::format("{}: the body has no group \"{}\"; allowed: {}", wanted.key,
-                                            wanted.group, names.empty() ? "none, it has no groups" : names));
 }
 
 /// Takes the tetrahedra from their regions and makes them a region of this material.
@@ -154,13 +101,6 @@ Eigen::Vector3d origin_of(const SceneSpec& spec, std::span<const LoadedBody> bod
     return far_origin(box, edge);
 }
 
-void move(Region& region, const Eigen::Vector3d& by) {
-    if (auto* box = std::get_if<Eigen::AlignedBox3d>(&region))
-        box->translate(by);
-    else
-        std::get<BallShape>(region).centre += by;
-}
-
 void move(SceneObstacle& obstacle, const Eigen::Vector3d& by) {
     obstacle.obstacle.motion.centre += by;
     if (auto* plane = std::get_if<PlaneShape>(&obstacle.obstacle.shape))
@@ -181,6 +121,26 @@ void move(Joint& joint, const Eigen::Vector3d& by) {
     }
 }
 
+/// The surface that a region is near to, where it is at time 0; none if it is not there or was not loaded.
+std::optional<Obstacle> surface_of(const NearSurface& near, const SceneSpec& spec,
+                                   std::span<const LoadedBody> bodies) {
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+        if (near.body.empty() || spec.bodies[b].name != near.body || !bodies[b].body) continue;
+        const TriMesh& rest = bodies[b].body->surface;
+        return Obstacle{.shape = std::make_shared<const StaticSurface>(
+                            TriMesh{placed(rest.X, spec.bodies[b].placement), rest.F})};
+    }
+    for (const SceneObstacle& obstacle : spec.obstacles) {
+        if (near.obstacle.empty() || obstacle.name != near.obstacle) continue;
+        try {
+            return make_obstacle(obstacle);
+        } catch (const std::exception&) {  // told where the obstacle is made
+            return std::nullopt;
+        }
+    }
+    return std::nullopt;
+}
+
 /// Calls act(), and puts the body's place in the scene before the message of what it throws.
 template <class Act>
 void naming_body(const SceneSpec& spec, std::size_t b, const Act& act) {
@@ -198,27 +158,6 @@ std::string at_odds_text(const std::string& grip, const std::string& other, doub
         "{}: contains nodes that {} also holds at {} s; allowed: to take them once they are "
         "released",
         grip, other, time);
-}
-
-std::vector<int> nodes_in(const Region& region, NodesRef x) {
-    std::vector<int> nodes;
-    for (int i = 0; i < x.rows(); ++i)
-        if (contains(region, x.row(i).transpose())) nodes.push_back(i);
-    return nodes;
-}
-
-void check_loads(const SceneBody& spec, const WorldBody& body) {
-    std::vector<char> is_held(body.state.x.rows(), 0);
-    for (const Grip& grip : body.grips)
-        if (grip.release == std::numeric_limits<double>::infinity())
-            for (const int node : grip.nodes) is_held[node] = 1;
-    for (std::size_t k = 0; k < spec.loads.size(); ++k) {
-        const std::vector<int>& nodes = body.loads[k].nodes;
-        if (!nodes.empty() && std::ranges::all_of(nodes, [&](int node) { return is_held[node] != 0; }))
-            throw std::invalid_argument(fmt::format(
-                "{}: pins or grips hold all that it acts on, so it moves nothing; widen its region",
-                spec.loads[k].key));
-    }
 }
 
 std::shared_ptr<const CollisionTree> scene_tree(const SceneBody& spec, const LoadedBody& loaded) {
@@ -247,14 +186,13 @@ BodyMaterials scene_materials(const SceneBody& spec, const LoadedBody& loaded) {
         region.material.rayleigh_stiffness = result.material.rayleigh_stiffness;
     }
     const std::vector<MaterialRegion> groups = result.regions;
+    const Nodes x = placed(body.tets.X, spec.placement);
     for (const SceneMaterialRegion& change : spec.regions) {
-        if (change.group.empty()) {
-            cut_out(result, change, result.material,
-                    tets_in(change.where, placed(body.tets.X, spec.placement), body.tets.T));
-        } else {
-            const MaterialRegion& group = region_named(groups, change);
-            cut_out(result, change, group.material, group.tets);
-        }
+        std::vector<int> tets = parts_in(change.key, change.where, BodyPart::tet, {body, x});
+        const auto* named = std::get_if<NamedGroup>(&change.where.part);
+        const Material& material =
+            named ? std::ranges::find(groups, named->name, &MaterialRegion::name)->material : result.material;
+        cut_out(result, change, material, std::move(tets));
     }
     std::erase_if(result.regions, [](const MaterialRegion& region) { return region.tets.empty(); });
     return result;
@@ -278,13 +216,14 @@ WorldBody make_world_body(const SceneBody& spec, const LoadedBody& loaded,
                      .margin = spec.margin};
     result.state.x = placed(body.tets.X, spec.placement);
     result.state.v = rigid_velocities(*result.elastic, result.state.x, spec);
-    for (const SceneGrip& grip : spec.grips) result.grips.push_back(take_nodes(grip, result.state.x));
+    const PlacedBody placed_body{body, result.state.x};
+    for (const SceneGrip& grip : spec.grips) result.grips.push_back(take_nodes(grip, placed_body));
     if (const auto odds = grips_at_odds(result.grips))
         throw std::invalid_argument(
             at_odds_text(spec.grips[odds->second].key, spec.grips[odds->first].key, odds->from));
     if (is_rigid(body.tets)) check_rigid_grips(spec, result);
     for (std::size_t k = 0; k < spec.loads.size(); ++k) {
-        result.loads.push_back(take_part(spec.loads[k], result));
+        result.loads.push_back(take_part(spec.loads[k], placed_body, spec.placement.rotation()));
         check_gas_load(spec, result, k);
     }
     check_loads(spec, result);
@@ -294,14 +233,15 @@ WorldBody make_world_body(const SceneBody& spec, const LoadedBody& loaded,
 namespace {
 
 /// The joint, with the places of a weld.
-Joint make_joint(const SceneJoint& spec, const World& world) {
+Joint make_joint(const SceneJoint& spec, const World& world, const Body& body) {
     Joint joint = spec.joint;
     auto* weld = std::get_if<WeldJoint>(&joint.kind);
     if (!weld) return joint;
     if (!spec.region) throw std::invalid_argument(fmt::format("{}.weld.region: is missing", spec.key));
     const bool is_rigid = world.elastic(joint.a).is_rigid();
-    const Nodes x = is_rigid ? world.surface(joint.a) : world.state(joint.a).x;
-    const std::vector<int> inside = nodes_in(*spec.region, x);
+    const Nodes &nodes = world.state(joint.a).x, x = is_rigid ? world.surface(joint.a) : nodes;
+    const std::vector<int> inside = parts_in(spec.key + ".weld.region", *spec.region,
+                                             is_rigid ? BodyPart::vertex : BodyPart::node, {body, nodes});
     constexpr std::size_t least = 3;  // fewer let the two turn
     if (inside.size() < least)
         throw std::invalid_argument(
@@ -321,8 +261,8 @@ Joint make_joint(const SceneJoint& spec, const World& world) {
 
 }  // namespace
 
-void add_joint(const SceneJoint& spec, World& world) {
-    Joint joint = make_joint(spec, world);
+void add_joint(const SceneJoint& spec, World& world, const Body& body) {
+    Joint joint = make_joint(spec, world, body);
     try {
         world.add_joint(std::move(joint));
     } catch (const std::invalid_argument& error) {
@@ -368,22 +308,22 @@ SceneSpec local_scene(SceneSpec spec, std::span<const LoadedBody> bodies,
     for (std::size_t b = 0; b < bodies.size(); ++b)
         if (const Body* body = bodies[b].body.get(); body && !body->origin.isZero(0))
             spec.bodies[b].placement.translate += placed_origin(*body, spec.bodies[b].placement);
-    if (origin.isZero(0)) return spec;
     for (SceneBody& body : spec.bodies) {
         body.placement.translate -= origin;
-        for (SceneMaterialRegion& region : body.regions)
-            if (region.group.empty()) move(region.where, -origin);
         for (SceneLoad& load : body.loads)
-            if (load.region) move(*load.region, -origin);
-        for (SceneGrip& grip : body.grips) {
-            move(grip.region, -origin);
-            grip.grip.motion.centre -= origin;
-        }
+            for (Eigen::Vector3d& point : load.along) point -= origin;
+        for (SceneGrip& grip : body.grips) grip.grip.motion.centre -= origin;
     }
     for (SceneObstacle& obstacle : spec.obstacles) move(obstacle, -origin);
-    for (SceneJoint& joint : spec.joints) {
-        move(joint.joint, -origin);
-        if (joint.region) move(*joint.region, -origin);
+    for (SceneJoint& joint : spec.joints) move(joint.joint, -origin);
+    std::map<std::string, std::optional<Obstacle>> surfaces;
+    for (Region* region : regions_of(spec)) {
+        move(*region, -origin);
+        if (auto* near = std::get_if<NearSurface>(&region->part)) {
+            const auto [known, is_new] = surfaces.try_emplace(near->body + "\n" + near->obstacle);
+            if (is_new) known->second = surface_of(*near, spec, bodies);
+            near->surface = known->second;
+        }
     }
     return spec;
 }
@@ -422,7 +362,7 @@ World build_world(const SceneSpec& given, std::span<const LoadedBody> bodies, st
         }
     }
     for (const ScenePair& pair : spec.pairs) world.set_pair(pair.a, pair.b, pair.rule);
-    for (const SceneJoint& joint : spec.joints) add_joint(joint, world);
+    for (const SceneJoint& joint : spec.joints) add_joint(joint, world, *bodies[joint.joint.a].body);
     if (moves)
         *moves = move_apart(spec, world);
     else if (spec.resolve_start)

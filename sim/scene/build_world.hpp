@@ -9,8 +9,14 @@
 // Parts of build_world() and check_scene().
 namespace nbd {
 
-/// Rows of x inside a region, ascending.
-std::vector<int> nodes_in(const Region& region, NodesRef x);
+/// The grip with the nodes in its region. Throws std::invalid_argument, with the grip's JSON path, where
+/// there are none, or as parts_in().
+Grip take_nodes(const SceneGrip& from, const PlacedBody& placed);
+
+/// The load on the part of a body in its region. turn: the rotation of its placement. Throws
+/// std::invalid_argument, with the load's JSON path, for a region without what the load acts on, or as
+/// parts_in(), and for what is not done to a rigid body.
+BodyLoad take_part(const SceneLoad& from, const PlacedBody& placed, const Eigen::Matrix3d& turn);
 
 /// The materials of a body.
 struct BodyMaterials {
@@ -50,9 +56,9 @@ void check_gas_load(const SceneBody& spec, const WorldBody& body, std::size_t k)
 /// What is wrong with a grip that holds nodes of another one at a time, seconds. Both by their keys.
 std::string at_odds_text(const std::string& grip, const std::string& other, double time);
 
-/// Adds the joint, with the places of a weld. Throws std::invalid_argument, its JSON path first, for what the
-/// world refuses, and where the region of a weld holds no places.
-void add_joint(const SceneJoint& spec, World& world);
+/// Adds the joint, with the places of a weld. body: the first one. Throws std::invalid_argument, its JSON path
+/// first, for what the world refuses, where the region of a weld holds no places, and as parts_in().
+void add_joint(const SceneJoint& spec, World& world, const Body& body);
 
 /// Makes an obstacle; reads its mesh if it has one, and turns its faces outward where they are not, with a
 /// notice(). Throws std::invalid_argument or std::runtime_error if the mesh cannot be used.

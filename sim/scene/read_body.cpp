@@ -37,11 +37,12 @@ MaterialChange read_material(JsonObject from) {
 }
 
 SceneMaterialRegion read_material_region(JsonObject& from) {
-    SceneMaterialRegion region{.key = key_of(from), .group = {}, .where = {}, .material = {}};
+    SceneMaterialRegion region{.key = key_of(from), .where = {}, .material = {}};
     const std::string kind = from.need_one({"group", "region"});
     if (kind == "group") {
-        region.group = from.text("group", "");
-        if (region.group.empty()) from.problem("group", "must be the name of a group");
+        const std::string name = from.text("group", "");
+        if (name.empty()) from.problem("group", "must be the name of a group");
+        region.where.part = NamedGroup{name};
     }
     if (kind == "region") region.where = read_region(from.object("region"));
     JsonObject material = from.object("material");
@@ -128,6 +129,7 @@ SceneBody read_body(JsonObject& from, const std::filesystem::path& base) {
     }
     for (JsonObject& grip : from.objects("grips")) body.grips.push_back(read_grip(grip));
     for (JsonObject& load : from.objects("loads")) body.loads.push_back(read_load(load));
+    for (JsonObject& muscle : from.objects("muscles")) body.loads.push_back(read_muscle(muscle));
     from.finish();
     return body;
 }

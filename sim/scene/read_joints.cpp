@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <numbers>
 #include <set>
+#include <utility>
 
 #include "sim/scene/read_parts.hpp"
 
@@ -71,6 +73,57 @@ void read_kind(JsonObject& from, SceneJoint& result) {
 }
 
 }  // namespace
+
+std::vector<SceneJoint> read_tendons(JsonObject& from, const SceneSpec& spec) {
+    struct Via {
+        int body;  // -1: the world
+        Eigen::Vector3d at;
+    };
+    const SceneNames names(spec);
+    std::vector<SceneJoint> joints;
+    for (JsonObject& entry : from.objects("tendons")) {
+        const std::string key = entry.path("");
+        std::string name = entry.text("name", "");
+        if (name.empty()) name = key;
+        std::vector<Via> vias;
+        for (JsonObject& via : entry.objects("through")) {
+            const int body = via.has("body") ? names.body(via, "body", via.text("body", "")) : -1;
+            vias.push_back({body, read_point(via, "at")});
+            via.finish();
+            if (vias.size() > 1 && vias[vias.size() - 2].at == vias.back().at)
+                via.problem("at", "is where the point before it is");
+        }
+        const double force = entry.number("force", 0, not_negative);
+        Keyed<double> tension = read_keyed(entry, "factor");
+        if (!tension.empty() && std::ranges::min(tension.values) < 0)
+            entry.problem("factor", "must not be below 0: a tendon only pulls");
+        if (tension.empty()) tension = {{0.0}, {1.0}};
+        for (double& value : tension.values) value *= force;
+        if (vias.size() < 2) entry.problem("through", "must be two points or more");
+        if (std::ranges::all_of(vias, [](const Via& via) { return via.body < 0; }) && vias.size() > 1)
+            entry.problem("through", "must have a point of a body");
+        entry.need("force");
+        entry.finish();
+        std::vector<SceneJoint> parts;
+        for (std::size_t k = 1; k < vias.size(); ++k) {
+            const bool is_turned = vias[k - 1].body < 0;  // the world is second
+            const Via &a = vias[is_turned ? k : k - 1], &b = vias[is_turned ? k - 1 : k];
+            if (a.body < 0) continue;
+            SceneJoint& part = parts.emplace_back();
+            part.key = key;
+            part.joint.a = a.body;
+            part.joint.b = b.body;
+            CordJoint cord{.from = a.at, .to = b.at};
+            cord.tension = tension;
+            part.joint.kind = std::move(cord);
+        }
+        for (std::size_t k = 0; k < parts.size(); ++k) {
+            parts[k].joint.name = parts.size() == 1 ? name : fmt::format("{} {}", name, k + 1);
+            joints.push_back(std::move(parts[k]));
+        }
+    }
+    return joints;
+}
 
 std::vector<SceneJoint> read_joints(JsonObject& from, const SceneSpec& spec) {
     const SceneNames names(spec);

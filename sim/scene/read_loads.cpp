@@ -76,6 +76,33 @@ SceneLoad read_load(JsonObject& from) {
     return load;
 }
 
+SceneLoad read_muscle(JsonObject& from) {
+    SceneLoad muscle{.key = key_of(from), .region = {}, .load = {.kind = LoadKind::muscle}};
+    if (from.has("region")) muscle.region = read_region(from.object("region"));
+    const std::string kind = from.need_one({"direction", "along"});
+    if (kind == "direction")
+        muscle.along = {Eigen::Vector3d::Zero(), read_direction(from, "direction", Eigen::Vector3d::UnitX())};
+    if (kind == "along") {
+        const std::vector<std::vector<double>> rows = from.table("along");
+        for (const std::vector<double>& row : rows)
+            if (row.size() == 3) muscle.along.emplace_back(row[0], row[1], row[2]);
+        bool is_line = rows.size() >= 2 && muscle.along.size() == rows.size();
+        for (std::size_t k = 1; k < muscle.along.size(); ++k)
+            is_line = is_line && muscle.along[k] != muscle.along[k - 1];
+        if (!is_line)
+            from.problem("along",
+                         "must be two points or more, each of three numbers, each apart from the next");
+        if (!is_line) muscle.along.clear();
+    }
+    if (from.need("stress"))
+        muscle.load.tension = from.optional_number("stress", positive_number).value_or(0);
+    muscle.load.factor = read_keyed(from, "factor");
+    if (!muscle.load.factor.empty() && std::ranges::min(muscle.load.factor.values) < 0)
+        from.problem("factor", "must not be below 0: a muscle only pulls");
+    from.finish();
+    return muscle;
+}
+
 void read_gravity(JsonObject& from, SceneSpec& spec) {
     if (!from.holds_objects("gravity")) {
         spec.gravity = from.vector("gravity", spec.gravity);

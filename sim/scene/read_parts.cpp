@@ -1,19 +1,6 @@
 #include "sim/scene/read_parts.hpp"
 
 namespace nbd {
-namespace {
-
-Eigen::AlignedBox3d read_box(JsonObject from) {
-    const Eigen::AlignedBox3d box(from.vector("min", Eigen::Vector3d::Zero()),
-                                  from.vector("max", Eigen::Vector3d::Zero()));
-    if (from.need("min") && from.need("max") && box.isEmpty())
-        from.problem("max", "must not be below \"min\"");
-    from.finish();
-    return box;
-}
-
-}  // namespace
-
 Eigen::Vector3d read_direction(JsonObject& from, const std::string& key, const Eigen::Vector3d& fallback) {
     const Eigen::Vector3d value = from.vector(key, fallback);
     if (value.norm() > 1e-12) return value.normalized();
@@ -41,15 +28,6 @@ BallShape read_ball(JsonObject from) {
     if (from.need("radius")) ball.radius = from.optional_number("radius", positive_number).value_or(1);
     from.finish();
     return ball;
-}
-
-Region read_region(JsonObject from) {
-    const std::string kind = from.need_one({"box", "sphere"});
-    Region region;
-    if (kind == "box") region = read_box(from.object("box"));
-    if (kind == "sphere") region = read_ball(from.object("sphere"));
-    from.finish();
-    return region;
 }
 
 std::string key_of(const JsonObject& object) {

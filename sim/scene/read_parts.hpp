@@ -22,6 +22,10 @@ void read_rotation(JsonObject from, Eigen::Vector3d& axis, double& degrees);
 Placement read_placement(JsonObject from);
 BallShape read_ball(JsonObject from);
 Region read_region(JsonObject from);
+/// The regions of a scene, with those that they are made of.
+std::vector<Region*> regions_of(SceneSpec& spec);
+/// Checks that the bodies and obstacles are there that regions are near to. top: the scene.
+void check_regions(const JsonObject& top, SceneSpec& spec);
 
 /// When and how a grip moves: its take, release, keyframes and centre, or the short form of one move.
 Grip read_held_motion(JsonObject& from);
@@ -38,6 +42,7 @@ SceneBody read_body(JsonObject& from, const std::filesystem::path& base);
 SceneObstacle read_obstacle(JsonObject& from, const std::filesystem::path& base);
 
 SceneLoad read_load(JsonObject& from);
+SceneLoad read_muscle(JsonObject& from);
 
 /// Reads `gravity`, a vector or keyframes of it.
 void read_gravity(JsonObject& from, SceneSpec& spec);
@@ -65,5 +70,8 @@ SceneTime read_static_time(JsonObject& from);
 void refuse_motion(const nlohmann::json& scene, JsonReading& reading);
 
 std::vector<SceneJoint> read_joints(JsonObject& from, const SceneSpec& spec);
+/// A tendon is a cord with its tension from each of its points to the next: without friction, that is the
+/// same all along it.
+std::vector<SceneJoint> read_tendons(JsonObject& from, const SceneSpec& spec);
 
 }  // namespace nbd

@@ -132,6 +132,8 @@ SceneReading read_scene(std::string_view text, const std::filesystem::path& base
     }
     read_gravity(from, spec);
     spec.joints = read_joints(from, spec);
+    for (SceneJoint& part : read_tendons(from, spec)) spec.joints.push_back(std::move(part));
+    check_regions(from, spec);
     spec.contact = read_contact(from.object("contact"), spec);
     spec.step = read_solver(from.object("solver"));
     spec.time = read_time(from.object("time"));

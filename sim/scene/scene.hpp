@@ -17,6 +17,7 @@
 #include "meshing/tets/tetrahedralize.hpp"
 #include "sim/json/json_object.hpp"
 #include "sim/obstacles/obstacle.hpp"
+#include "sim/scene/region.hpp"
 #include "sim/world/world.hpp"
 
 namespace nbd {
@@ -31,9 +32,6 @@ struct Placement {
     Eigen::Matrix3d rotation() const;
 };
 
-/// A box or ball in world coordinates at time 0.
-using Region = std::variant<Eigen::AlignedBox3d, BallShape>;
-
 struct SceneGrip {
     std::string key;  // "pins[1]", for messages
     Region region;    // at time 0, also of nodes that are taken later
@@ -45,15 +43,15 @@ struct SceneLoad {
     std::string key;                 // "loads[1]", for messages
     std::optional<Region> region{};  // none: the whole body
     std::optional<int> cavity{};     // number of it; none: not in one
-    BodyLoad load;                   // without nodes and faces
+    BodyLoad load;                   // without what it acts on
+    std::vector<Eigen::Vector3d>
+        along{};  // of a muscle: a line of points that its fibres go along, at time 0
 };
 
-/// A part of a body with a material of its own: a region of the body file, or the tetrahedra whose centres
-/// lie in a region of space.
+/// Tetrahedra of a body with a material of their own.
 struct SceneMaterialRegion {
-    std::string key;          // "regions[1]", for messages
-    std::string group;        // name of the body's region; empty: `where` holds
-    Region where;             // at time 0
+    std::string key;  // "regions[1]", for messages
+    Region where;
     MaterialChange material;  // without damping, which is the body's
 };
 
@@ -189,7 +187,8 @@ std::shared_ptr<const CollisionTree> scene_tree(const SceneBody& spec, const Loa
 /// Bodies of the same data share one. Throws like scene_tree().
 void make_trees(const SceneSpec& spec, std::span<LoadedBody> bodies);
 
-/// The scene with all its positions counted from an origin: zero, unless its bodies lie so far away that
+/// The scene with all its positions counted from an origin, and with the surfaces that its regions are near
+/// to. The origin is zero, unless its bodies lie so far away that
 /// float32 would be too coarse for them, see far_origin(). SceneSpec::origin tells it; a scene that has one
 /// is returned as it is. bodies: one per spec.bodies. wanted: the origin, where it is known.
 SceneSpec local_scene(SceneSpec spec, std::span<const LoadedBody> bodies,

@@ -147,7 +147,7 @@ class SceneCheck {
             WorldBody body =
                 make_world_body(spec, bodies_[number],
                                 scene_elastic(spec, bodies_[number], scene_materials(spec, bodies_[number])));
-            body.grips = checked_grips(number, grips, body.state.x);
+            body.grips = checked_grips(number, grips, {*bodies_[number].body, body.state.x});
             check_loads(spec, body);
             world_.add_body(std::move(body));
             labels_.push_back(label);
@@ -158,20 +158,24 @@ class SceneCheck {
     }
 
     /// Without those that hold no node, and those that hold nodes of others at the same time.
-    std::vector<Grip> checked_grips(std::size_t number, const std::vector<SceneGrip>& grips, const Nodes& x) {
+    std::vector<Grip> checked_grips(std::size_t number, const std::vector<SceneGrip>& grips,
+                                    const PlacedBody& placed) {
         std::vector<const SceneGrip*> kept;
         std::vector<Grip> result;
         const auto say = [&](const std::string& line) {
             findings_.problems.push_back(fmt::format("bodies[{}].{}", number, line));
         };
         for (const SceneGrip& grip : grips) {
-            result.push_back(grip.grip);
+            try {
+                result.push_back(take_nodes(grip, placed));
+            } catch (const std::invalid_argument& error) {
+                say(error.what());
+                continue;
+            }
             kept.push_back(&grip);
-            result.back().nodes = nodes_in(grip.region, x);
             const auto odds = grips_at_odds(result);
-            if (odds) say(at_odds_text(grip.key, kept[odds->first]->key, odds->from));
-            if (result.back().nodes.empty()) say(grip.key + ": the region holds no node of the body");
-            if (!odds && !result.back().nodes.empty()) continue;
+            if (!odds) continue;
+            say(at_odds_text(grip.key, kept[odds->first]->key, odds->from));
             result.pop_back();
             kept.pop_back();
         }
@@ -204,7 +208,7 @@ class SceneCheck {
         local.joint.a = party_in_world_[joint.a];
         if (joint.b >= 0) local.joint.b = party_in_world_[joint.b];
         try {
-            add_joint(local, world_);
+            add_joint(local, world_, *bodies_[joint.a].body);
         } catch (const std::invalid_argument& error) {
             findings_.problems.push_back(error.what());
         }

@@ -12,6 +12,8 @@
 #include <tuple>
 
 #include "meshing/body/embed.hpp"
+#include "meshing/surface/quadratic_tets.hpp"
+#include "sim/fem/quadratic_points.hpp"
 
 namespace nbd {
 namespace {
@@ -112,8 +114,12 @@ LoadForces::LoadForces(BodyLoad load, const ElasticBody& elastic, const ContactS
     check_rows(load_.nodes, elastic.node_count(), "node");
     check_rows(load_.faces, shape.F.rows(), "face");
     check_factor(load_.factor);
-    if (!load_.value.allFinite() || !std::isfinite(load_.pressure))
+    if (!load_.value.allFinite() || !std::isfinite(load_.pressure) || !std::isfinite(load_.tension))
         throw std::invalid_argument("load: it is not finite");
+    if (load_.kind == LoadKind::muscle) {
+        find_fibres(elastic);
+        return;
+    }
     if (load_.kind == LoadKind::pressure) {
         faces_ = load_.faces;
         if (faces_.empty()) {
@@ -128,6 +134,12 @@ LoadForces::LoadForces(BodyLoad load, const ElasticBody& elastic, const ContactS
         std::iota(nodes_.begin(), nodes_.end(), 0);
     }
     weights_ = elastic.node_masses()(nodes_);
+    if (!load_.shares.empty()) {
+        weights_ = Eigen::Map<const Eigen::VectorXd>(load_.shares.data(), std::ssize(load_.shares));
+        if (load_.kind != LoadKind::force || load_.shares.size() != load_.nodes.size() ||
+            !weights_.allFinite() || !(weights_.sum() > 0))
+            throw std::invalid_argument("load: a force needs a share for each of its nodes, with a sum > 0");
+    }
     if (load_.kind != LoadKind::torque) return;
     const Nodes& X = elastic.rest().X;
     const Eigen::Matrix3d inertia = inertia_about(weighted_mean(X, nodes_, weights_), X, nodes_, weights_);
@@ -139,6 +151,7 @@ void LoadForces::add(NodesRef x, double factor, Nodes& out) const {
     if (factor == 0) return;
     if (load_.kind == LoadKind::torque) return add_torque(x, factor, out);
     if (load_.kind == LoadKind::pressure) return add_pressure(x, factor, out);
+    if (load_.kind == LoadKind::muscle) return add_muscle(x, factor, out);
     const double share = load_.kind == LoadKind::force ? 1 / weights_.sum() : 1;
     for (std::size_t k = 0; k < nodes_.size(); ++k)
         out.row(nodes_[k]) += factor * share * weights_[k] * load_.value.transpose();
@@ -150,6 +163,59 @@ void LoadForces::add_torque(NodesRef x, double factor, Nodes& out) const {
         inertia_about(centre, x, nodes_, weights_).partialPivLu().solve(factor * load_.value);
     for (std::size_t k = 0; k < nodes_.size(); ++k)
         out.row(nodes_[k]) += weights_[k] * turn.cross(x.row(nodes_[k]).transpose() - centre).transpose();
+}
+
+/// At the points where elasticity is integrated, too.
+void LoadForces::find_fibres(const ElasticBody& elastic) {
+    const TetMesh& rest = elastic.rest();
+    check_rows(load_.tets, elastic.element_count(), "tetrahedron");
+    if (load_.tets.empty() || load_.fibres.size() != load_.tets.size())
+        throw std::invalid_argument("load: a muscle needs tetrahedra, and a direction of fibres for each");
+    constexpr double rounding = 1e-6;
+    for (std::size_t k = 0; k < load_.tets.size(); ++k) {
+        const int t = load_.tets[k];
+        const Eigen::Vector3d& d = load_.fibres[k];
+        if (!(std::abs(d.norm() - 1) <= rounding))
+            throw std::invalid_argument("load: the direction of a muscle's fibres needs the length 1");
+        Eigen::Matrix3d edges;
+        for (int a = 0; a < 3; ++a)
+            edges.col(a) = (rest.X.row(rest.T(t, a + 1)) - rest.X.row(rest.T(t, 0))).transpose();
+        Eigen::Vector4d slopes;  // of barycentric coordinates along the fibres, 1/m
+        slopes.tail<3>() = edges.partialPivLu().solve(d);
+        slopes[0] = -slopes.tail<3>().sum();
+        const double volume = elastic.rest_volumes()[t];
+        const std::vector<int> corners{rest.T(t, 0), rest.T(t, 1), rest.T(t, 2), rest.T(t, 3)};
+        if (!rest.is_quadratic()) {
+            fibres_.push_back({volume, corners, {slopes[0], slopes[1], slopes[2], slopes[3]}});
+            continue;
+        }
+        Eigen::Matrix<double, 1, 10> fill = Eigen::Matrix<double, 1, 10>::Constant(0.1);  // a full one
+        if (rest.fill.rows() > 0) fill = rest.fill.row(t);
+        const TetPoints points = points_of_fill(fill);
+        for (int p = 0; p < 4; ++p) {
+            Fibre& fibre = fibres_.emplace_back(Fibre{volume / 4, corners, {}});
+            for (int a = 0; a < 4; ++a) fibre.factors.push_back((4 * points(p, a) - 1) * slopes[a]);
+            for (std::size_t e = 0; e < edges_of_tet.size(); ++e) {
+                const auto [a, b] = edges_of_tet[e];
+                fibre.nodes.push_back(rest.E(t, e));
+                fibre.factors.push_back(4 * (points(p, a) * slopes[b] + points(p, b) * slopes[a]));
+            }
+        }
+    }
+}
+
+/// Minus the derivative of the potential.
+void LoadForces::add_muscle(NodesRef x, double factor, Nodes& out) const {
+    for (const Fibre& fibre : fibres_) {
+        Eigen::RowVector3d stretched = Eigen::RowVector3d::Zero();  // F d
+        for (std::size_t k = 0; k < fibre.nodes.size(); ++k)
+            stretched += fibre.factors[k] * x.row(fibre.nodes[k]);
+        const double length = stretched.norm();
+        if (!(length > 0)) continue;
+        const Eigen::RowVector3d pull = factor * load_.tension * fibre.volume / length * stretched;
+        for (std::size_t k = 0; k < fibre.nodes.size(); ++k)
+            out.row(fibre.nodes[k]) -= fibre.factors[k] * pull;
+    }
 }
 
 /// Of quadratic bodies: a face is a quadratic triangle through its corners and the middles of its edges, so

@@ -15,6 +15,7 @@ enum class LoadKind {
     torque,        // a couple, whose node forces turn the nodes about their centre of mass and sum to zero
     acceleration,  // times the nodes' masses, as gravity acts
     pressure,      // on faces of the surface along their normals inwards, as they are at the time
+    muscle,        // fibres in tetrahedra that pull themselves together
     gas,           // in a cavity, whose faces it presses on by how much room it has
 };
 
@@ -32,16 +33,27 @@ struct CavityGas {
 /// all sides come to rest in the right shape up to a tenth of Young's modulus, but not at a third. Newton's
 /// iteration balances the forces of the pose in which the step ends, and its line search counts their work:
 /// it does so at a third, too, with more linearisations the higher the pressure.
+///
+/// A muscle has fibres along directions d of the rest pose. Their tension, over their area at rest, does not
+/// depend on how long they are: with the deformation gradient F its potential is tension |F d| for a volume
+/// at rest, and its stress is tension F d d^T / |F d|. It follows the body likewise. A bar whose fibres run
+/// along it is shorter by tension / Young's modulus.
 struct BodyLoad {
     LoadKind kind = LoadKind::force;
     Eigen::Vector3d value = Eigen::Vector3d::Zero();  // N, N m or m/s2
     double pressure = 0;                              // Pa
+    double tension = 0;                               // of a muscle, Pa
     std::vector<int> nodes{};                         // distinct rows of the tet nodes; none: all
     std::vector<int> faces{};                         // distinct, under pressure; none: all
+    std::vector<int> tets{};                          // distinct, of a muscle
+    std::vector<Eigen::Vector3d> fibres{};            // [tets] of a muscle, unit, in the rest pose
+    std::vector<double> shares{};                     // [nodes] of a force; none: as their masses
     Keyed<double> factor{};                           // of the load, or of the amount of gas; none: 1
     CavityGas gas{};
 
-    bool follows() const noexcept { return kind == LoadKind::torque || kind == LoadKind::pressure; }
+    bool follows() const noexcept {
+        return kind == LoadKind::torque || kind == LoadKind::pressure || kind == LoadKind::muscle;
+    }
 };
 
 /// Throws std::invalid_argument for a gas with numbers out of range, and for one in a rigid body.
@@ -51,7 +63,8 @@ void check_gas(const BodyLoad& load, const ElasticBody& elastic);
 class LoadForces {
  public:
     /// Throws std::invalid_argument for a node or face out of range or named twice, numbers that are not
-    /// finite, times that do not increase, and a torque on nodes of one line.
+    /// finite, times that do not increase, a torque on nodes of one line, a muscle without tetrahedra or with
+    /// other than a unit direction for each, and shares that are not one for each node with a positive sum.
     LoadForces(BodyLoad load, const ElasticBody& elastic, const ContactShape& shape);
 
     const BodyLoad& load() const noexcept { return load_; }
@@ -63,7 +76,9 @@ class LoadForces {
     void add_torque(NodesRef x, double factor, Nodes& out) const;
     void add_pressure(NodesRef x, double factor, Nodes& out) const;
     void add_curved_pressure(NodesRef x, double factor, Nodes& out) const;
+    void add_muscle(NodesRef x, double factor, Nodes& out) const;
     void find_middles(const ElasticBody& elastic);
+    void find_fibres(const ElasticBody& elastic);
 
     BodyLoad load_;
     std::vector<int> nodes_;   // that carry a force, torque or acceleration
@@ -74,6 +89,13 @@ class LoadForces {
     // face from its first, second and third corner on.
     Embedding middles_;
     std::vector<std::array<int, 3>> middles_of_;  // [faces_]; empty: faces are flat
+    // At a point of integration, F d is the sum of the nodes' positions times these factors.
+    struct Fibre {
+        double volume;  // m3 at rest
+        std::vector<int> nodes;
+        std::vector<double> factors;  // [nodes] 1/m
+    };
+    std::vector<Fibre> fibres_;  // of a muscle
 };
 
 }  // namespace nbd

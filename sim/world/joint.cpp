@@ -127,6 +127,23 @@ void check_freedom(const Joint& joint, const JointFreedom& freedom, double farth
         if (limit && sign * *limit > 0) fail("it starts at 0, which its limits must allow");
 }
 
+void check_pull(const Joint& joint, const CordJoint& cord) {
+    const auto fail = [&](const char* what) {
+        throw std::invalid_argument(fmt::format("joint \"{}\": {}", joint.name, what));
+    };
+    if (cord.stiffness > 0 || cord.damping > 0 || cord.pulls_only || cord.length)
+        fail("a tension that is given leaves nothing to stiffness, damping and length; name one of them");
+    if (cord.tension.times.size() != cord.tension.values.size())
+        fail("its tension needs a value for each time");
+    for (std::size_t k = 0; k < cord.tension.times.size(); ++k) {
+        if (!std::isfinite(cord.tension.times[k]) || !(cord.tension.values[k] >= 0) ||
+            !std::isfinite(cord.tension.values[k]))
+            fail("its tension needs finite numbers >= 0");
+        if (k > 0 && !(cord.tension.times[k] > cord.tension.times[k - 1]))
+            fail("the times of its tension must ascend");
+    }
+}
+
 }  // namespace
 
 void check_joint(const Joint& joint, int body_count) {
@@ -136,7 +153,9 @@ void check_joint(const Joint& joint, int body_count) {
     if (joint.a < 0 || joint.a >= body_count || joint.b < -1 || joint.b >= body_count)
         fail(fmt::format("body {} is not in 0..{}", joint.a < 0 || joint.a >= body_count ? joint.a : joint.b,
                          body_count - 1));
-    if (joint.a == joint.b) fail("joins a body to itself");
+    const auto* cord = std::get_if<CordJoint>(&joint.kind);
+    const bool is_pull = cord && !cord->tension.empty();
+    if (joint.a == joint.b && !is_pull) fail("joins a body to itself");
     if (!(joint.strength > 0)) fail(fmt::format("its strength is {} N, but must be > 0", joint.strength));
     if (!(joint.width >= 0) || !std::isfinite(joint.width))
         fail(fmt::format("its width is {} m, but must be >= 0", joint.width));
@@ -159,7 +178,7 @@ void check_joint(const Joint& joint, int body_count) {
         if (weld->places.rows() == 0) fail("it welds no places");
         if (!weld->places.allFinite()) fail("a place is not finite");
     }
-    if (const auto* cord = std::get_if<CordJoint>(&joint.kind)) {
+    if (cord) {
         check_finite(joint, cord->from, "first end");
         check_finite(joint, cord->to, "second end");
         if (!(cord->stiffness >= 0) || !std::isfinite(cord->stiffness) || !(cord->damping >= 0) ||
@@ -168,6 +187,7 @@ void check_joint(const Joint& joint, int body_count) {
         const double length = cord->length.value_or((cord->from - cord->to).norm());
         if (!(length > 0) || !std::isfinite(length))
             fail(fmt::format("its length is {} m, but must be > 0", length));
+        if (is_pull) check_pull(joint, *cord);
     }
 }
 
@@ -289,6 +309,8 @@ double JointBonds::value(std::span<const Nodes> x) const {
         const Eigen::Vector3d way = position(on_a_[0], x) - in_frame({0, 0, 0}, x).position;
         return directions(x)[0].dot(way);
     }
+    if (std::holds_alternative<CordJoint>(joint_.kind))
+        return (position(on_a_[0], x) - (joint_.b < 0 ? in_world_[0] : position(on_b_[0], x))).norm();
     if (!std::holds_alternative<HingeJoint>(joint_.kind)) return 0;
     const std::array<Eigen::Vector3d, 3> e = directions(x);
     const Eigen::Vector3d arm = position(on_a_[2], x) - position(on_a_[0], x);
@@ -367,6 +389,12 @@ void JointBonds::add(std::span<const Nodes> x, double time, double dt, std::vect
     if (const auto* cord = std::get_if<CordJoint>(&joint_.kind)) {
         const Place to = opposite(0);
         BondLaw law;
+        if (!cord->tension.empty()) {
+            law.tension = cord->tension.at(time, 0);
+            bind(on_a_[0], to, law, x, bonds);
+            bonds.back().is_spring = true;
+            return;
+        }
         law.stiffness = cord->stiffness > 0 ? cord->stiffness : stiffness(on_a_[0], to.point, dt);
         law.damping = cord->damping;
         law.length = length_;

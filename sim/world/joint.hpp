@@ -52,13 +52,15 @@ struct WeldJoint {
     Nodes places;  // [k, 3] metres
 };
 
-/// A spring or a rope between a point of each.
+/// A spring or a rope between a point of each, or what pulls these together by a force that is given. Only
+/// that may join two points of one body.
 struct CordJoint {
     Eigen::Vector3d from = Eigen::Vector3d::Zero(), to = Eigen::Vector3d::Zero();
     double stiffness = 0;            // N/m; 0: it does not stretch
     double damping = 0;              // N s/m
     std::optional<double> length{};  // at rest, metres; none: that when it is added
     bool pulls_only = false;         // as a rope does
+    Keyed<double> tension{};         // newtons, >= 0, at any length; none: as stiffness and length say
 };
 
 /// A joint between two bodies, or a body and the world. Places are those in the world when it is added.
@@ -106,7 +108,7 @@ class JointBonds {
     /// Bond::difference is that at x.
     void add(std::span<const Nodes> x, double time, double dt, std::vector<Bond>& bonds) const;
 
-    /// The angle of a hinge or the way of a slider at x; 0 of others.
+    /// The angle of a hinge, the way of a slider or the length of a cord at x; 0 of others.
     double value(std::span<const Nodes> x) const;
 
  private:

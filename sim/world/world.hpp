@@ -160,7 +160,7 @@ class World {
     int add_joint(Joint joint);
     int joint_count() const noexcept { return joints_.size(); }
     const Joint& joint(int index) const { return joints_.at(index).joint(); }
-    /// The angle of a hinge, radians, or the way of a slider, metres; 0 of others.
+    /// The angle of a hinge, radians, the way of a slider or the length of a cord, metres; 0 of others.
     double joint_value(int index) const { return joints_.at(index).value(nodes_now()); }
     /// Whether a force has torn it apart.
     bool is_broken(int joint) const { return broken_.at(joint) != 0; }

@@ -100,6 +100,32 @@ TEST_F(Mesh, FindsQuadraticTetrahedraThatBendRightly) {
                 testing::HasSubstr("bar.h5: its tetrahedra are quadratic and cannot become linear"));
 }
 
+TEST_F(Mesh, KeepsGroupsOfFacesHoweverTheSurfaceIsMeshed) {
+    const TriMesh bar = test::box(1, 0.1, 0.2, 1);
+    std::string text = test::obj_file({bar.X, Faces(0, 3)});
+    for (const bool is_end : {false, true}) {
+        text += is_end ? "g end\n" : "g sides\n";
+        for (int f = 0; f < bar.F.rows(); ++f)
+            if ((bar.X(bar.F.row(f), 0).maxCoeff() < 0.5) == is_end)
+                text += fmt::format("f {} {} {}\n", bar.F(f, 0) + 1, bar.F(f, 1) + 1, bar.F(f, 2) + 1);
+    }
+    write("bar.obj", text);
+    for (const char* how : {"", " --edge 0.04", " --subdivide 2", " --cage 100", " --elements quadratic",
+                            " --elements rigid --scale 3"}) {
+        SCOPED_TRACE(how);
+        make("mesh bar.obj -o bar.h5" + std::string(how));
+        const Body body = load_body(folder() / "bar.h5");
+        ASSERT_EQ(body.face_groups.size(), 2u);
+        EXPECT_EQ(body.face_groups[0].name, "sides");
+        EXPECT_EQ(body.face_groups[0].faces.size() + body.face_groups[1].faces.size(),
+                  static_cast<std::size_t>(body.surface.F.rows()));
+        for (const int f : body.face_groups[1].faces)
+            EXPECT_LT(body.surface.X(body.surface.F.row(f), 0).maxCoeff(), 1e-6);
+    }
+    make("mesh bar.h5 -o again.h5");
+    EXPECT_EQ(load_body(folder() / "again.h5").face_groups.size(), 2u);
+}
+
 TEST_F(Mesh, TakesAnEdgeLengthForBothKindsOfElements) {
     write("bar.obj", test::obj_file(test::box(1, 0.1, 0.1, 1)));
     const auto linear = result("mesh bar.obj -o linear.h5 --edge 0.05"),

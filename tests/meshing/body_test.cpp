@@ -34,6 +34,8 @@ Body two_tets() {
     body.regions = {{.name = "upper/half", .material = body.material, .tets = {1}}};
     body.regions[0].material.law = MaterialLaw::st_venant_kirchhoff;
     body.regions[0].material.young = 3e6;
+    body.face_groups = {{.name = "front/left", .faces = {0, 2, 5}},
+                        {.name = "all", .faces = {0, 1, 2, 3, 4, 5}}};
     std::srand(3);
     body.modes.U = Eigen::MatrixXf::Random(15, 4);
     body.modes.frequencies.resize(4);
@@ -50,6 +52,7 @@ void expect_same(const Body& a, const Body& b) {
     EXPECT_EQ(Eigen::MatrixXd(a.W), Eigen::MatrixXd(b.W));
     EXPECT_TRUE(a.material == b.material);
     EXPECT_TRUE(a.regions == b.regions);
+    EXPECT_TRUE(a.face_groups == b.face_groups);
     EXPECT_EQ(a.modes.U, b.modes.U);
     EXPECT_EQ(a.modes.frequencies, b.modes.frequencies);
 }

@@ -44,6 +44,22 @@ TEST(ReadObj, AcceptsWhatTheFormatAllows) {
     for (const std::string& content : good) EXPECT_EQ(refusal(content), "") << content;
 }
 
+TEST(ReadObj, ReadsGroupsObjectsAndMaterialsAsGroupsOfFaces) {
+    const test::TemporaryFolder folder;
+    const auto path = folder.write(
+        "a.obj", "o whole\n" + triangle +
+                     "v 1 1 0\nv 2 2 2\ng base side\nf 1 2 3\nusemtl  soft rubber \r\nf 1 2 4 3\n"
+                     "g side\nf 2 3 4\ng\nusemtl steel\nf 1 2 5\ngroup x\nusemtlx y\n");
+    std::vector<FaceGroup> groups;
+    const TriMesh mesh = read_surface(path, &groups);
+    ASSERT_EQ(mesh.F.rows(), 5);  // of faces 0, 1, 1, 2 and 3
+    EXPECT_EQ(groups,
+              (std::vector<FaceGroup>{
+                  {"base", {0, 1, 2}}, {"side", {0, 1, 2, 3}}, {"soft rubber", {1, 2, 3}}, {"steel", {4}}}));
+    read_surface(folder.write("b.obj", triangle + "g one\nf 1 2 3\n"), &groups);
+    EXPECT_TRUE(groups.empty());
+}
+
 TEST(ReadObj, NamesTheLineOfWhatIsWrong) {
     const std::vector<std::pair<std::string, std::string>> cases = {
         {"v 0 0\n", "line 1: the vertex has 2 numbers; allowed: 3, 4 with a weight, or 6 with a colour"},

@@ -52,7 +52,15 @@ TEST_P(TetGroups, AreReadFromGmsh) {
     const auto path = folder / "bar.msh";
     write_bar(path, GetParam().first, GetParam().second, true, false);
     std::vector<TetGroup> groups;
-    const TetMesh tets = read_tets(path, nullptr, &groups);
+    std::vector<FaceGroup> faces;
+    const TetMesh tets = read_tets(path, nullptr, &groups, &faces);
+    ASSERT_EQ(faces.size(), 1u);
+    EXPECT_EQ(faces[0].name, "a face");
+    const Faces boundary = boundary_faces(tets);
+    int on_face = 0;  // gmsh numbers the side of the first box at x = 0 first
+    for (int f = 0; f < boundary.rows(); ++f) on_face += tets.X(boundary.row(f), 0).maxCoeff() < 1e-9 ? 1 : 0;
+    EXPECT_EQ(std::ssize(faces[0].faces), on_face);
+    for (const int f : faces[0].faces) EXPECT_LT(tets.X(boundary.row(f), 0).maxCoeff(), 1e-9);
     ASSERT_EQ(groups.size(), 2u);
     EXPECT_EQ(groups[0].name, "group 7");
     EXPECT_EQ(groups[1].name, "two ends");

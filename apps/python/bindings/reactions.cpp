@@ -92,7 +92,7 @@ void bind_reactions(py::module_& m, py::class_<WorldObject>& world) {
                     values.push_back(self->world.joint_value(j));
                 return values;
             },
-            "Of each joint: the angle of a hinge, radians, or the way of a slider, metres; 0 of others.")
+            "Of each joint: the angle of a hinge, radians, the way of a slider or the length of a cord, metres; 0 of others.")
         .def(
             "broken_joints",
             [](const UsedWorld& self) {

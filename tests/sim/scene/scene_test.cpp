@@ -90,15 +90,15 @@ TEST(Scene, ReadsEveryKey) {
     EXPECT_DOUBLE_EQ(material.density, Material{}.density);
     EXPECT_EQ(material.law, MaterialLaw::stable_neo_hookean);
     ASSERT_EQ(a.regions.size(), 3u);
-    EXPECT_EQ(a.regions[0].group, "core");
+    EXPECT_EQ(std::get<NamedGroup>(a.regions[0].where.part).name, "core");
     EXPECT_EQ(a.regions[0].material.density, 1100);
-    EXPECT_EQ(a.regions[1].group, "");
+    EXPECT_TRUE(std::holds_alternative<BallShape>(a.regions[1].where.part));
     EXPECT_EQ(a.regions[1].material.law, MaterialLaw::st_venant_kirchhoff);
-    EXPECT_EQ(std::get<Eigen::AlignedBox3d>(a.regions[2].where).max(), Eigen::Vector3d(1, 1, 1));
+    EXPECT_EQ(std::get<Eigen::AlignedBox3d>(a.regions[2].where.part).max(), Eigen::Vector3d(1, 1, 1));
     EXPECT_EQ(spec.step.integrator, TimeIntegrator::backward_euler);
     EXPECT_EQ(spec.step.tangent, Tangent::full);
     ASSERT_EQ(a.grips.size(), 5u);  // pins first
-    EXPECT_DOUBLE_EQ(std::get<BallShape>(a.grips[0].region).radius, 0.1);
+    EXPECT_DOUBLE_EQ(std::get<BallShape>(a.grips[0].region.part).radius, 0.1);
     EXPECT_NEAR(a.grips[3].grip.motion.keyframes.back().rotation.x(), 3.14159265, 1e-8);
     EXPECT_DOUBLE_EQ(a.grips[3].grip.release, 3);
     const Grip& later = a.grips[4].grip;
@@ -452,6 +452,27 @@ std::vector<std::string> schema_differences(const std::filesystem::path& schema,
     return differences;
 }
 
+/// Regions with all keys that there are.
+std::vector<std::string> all_regions() {
+    const std::vector<std::string> simple{R"({"box": {"min": [0, 0, 0], "max": [1, 1, 1]}})",
+                                          R"({"sphere": {"centre": [0, 0, 0], "radius": 1}})",
+                                          R"({"capsule": {"from": [0, 0, 0], "to": [0, 0, 1], "radius": 1}})",
+                                          R"({"near": {"body": "a", "distance": 1}})",
+                                          R"({"group": "core"})",
+                                          R"({"nodes": [0, 7]})",
+                                          R"({"faces": [3]})"};
+    std::vector<std::string> all = simple;
+    for (const std::string& one : simple) {
+        const std::string others = R"({"not": )" + one + "}";
+        all.push_back(others);
+        for (const char* how : {"all", "any"}) {
+            all.push_back(R"({")" + std::string(how) + R"(": [)" + one + "]}");
+            all.push_back(R"({")" + std::string(how) + R"(": [)" + others + "]}");
+        }
+    }
+    return all;
+}
+
 TEST(Scene, AgreesWithThePublishedSchema) {
     std::vector<JsonField> fields = read_scene(full, "").fields;
     const SceneReading other =
@@ -464,6 +485,20 @@ TEST(Scene, AgreesWithThePublishedSchema) {
             {"choice": [1]}, {"direction": [0, 0, 1]}, {"rotation": "any"}])"),
         "");
     fields.insert(fields.end(), variables.fields.begin(), variables.fields.end());
+    for (const std::string& region : all_regions()) {
+        const std::string at = R"({"region": )" + region;
+        const SceneReading places = read_scene(
+            with(
+                R"("pins": [)" + region + R"(], "grips": [)" + at + R"(}], "loads": [)" + at +
+                    R"(, "force": [0, 0, 1]}], "muscles": [)" + at +
+                    R"(, "direction": [1, 0, 0], "stress": 1, "factor": [[0, 1]]}, {"along": [[0, 0, 0], [1, 0, 0]], "stress": 1}], "regions": [)" +
+                    at + "}]",
+                R"("joints": [{"body": "a", "weld": )" + at +
+                    R"(}}], "tendons": [{"name": "t", "through": [{"body": "a", "at": [0, 0, 0]}, {"at": [0, 0, 1]}], "force": 1, "factor": [[0, 1]]}])"),
+            "");
+        EXPECT_EQ(places.problems, std::vector<std::string>{}) << region;
+        fields.insert(fields.end(), places.fields.begin(), places.fields.end());
+    }
     const std::vector<std::string> differences =
         schema_differences(NBD_ASSETS "/scenes/schema/scene.schema.json", fields);
     EXPECT_EQ(differences, std::vector<std::string>{});
