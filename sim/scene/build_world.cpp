@@ -153,13 +153,6 @@ void naming_body(const SceneSpec& spec, std::size_t b, const Act& act) {
 
 }  // namespace
 
-std::string at_odds_text(const std::string& grip, const std::string& other, double time) {
-    return fmt::format(
-        "{}: contains nodes that {} also holds at {} s; allowed: to take them once they are "
-        "released",
-        grip, other, time);
-}
-
 std::shared_ptr<const CollisionTree> scene_tree(const SceneBody& spec, const LoadedBody& loaded) {
     const Body& body = *loaded.body;
     const bool hangs = reads_nodes(spec.bounds);

@@ -29,8 +29,9 @@ CapsuleShape read_capsule(JsonObject from) {
 NearSurface read_near(JsonObject from) {
     NearSurface near{.key = from.path(""), .body = {}, .obstacle = {}};
     const std::string kind = from.need_one({"body", "obstacle"});
-    if (kind == "body") near.body = from.text("body", "");
-    if (kind == "obstacle") near.obstacle = from.text("obstacle", "");
+    near.body = from.text("body", "");
+    near.obstacle = from.text("obstacle", "");
+    if (!kind.empty() && near.body.empty() && near.obstacle.empty()) from.problem(kind, "must be a name");
     if (from.need("distance")) near.distance = from.optional_number("distance", positive_number).value_or(1);
     from.finish();
     return near;

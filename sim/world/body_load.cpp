@@ -192,13 +192,13 @@ void LoadForces::find_fibres(const ElasticBody& elastic) {
         Eigen::Matrix<double, 1, 10> fill = Eigen::Matrix<double, 1, 10>::Constant(0.1);  // a full one
         if (rest.fill.rows() > 0) fill = rest.fill.row(t);
         const TetPoints points = points_of_fill(fill);
-        for (int p = 0; p < 4; ++p) {
+        for (int p = 0; p < 4; ++p) {  // nodes are control points: shape functions L_a^2 and 2 L_a L_b
             Fibre& fibre = fibres_.emplace_back(Fibre{volume / 4, corners, {}});
-            for (int a = 0; a < 4; ++a) fibre.factors.push_back((4 * points(p, a) - 1) * slopes[a]);
+            for (int a = 0; a < 4; ++a) fibre.factors.push_back(2 * points(p, a) * slopes[a]);
             for (std::size_t e = 0; e < edges_of_tet.size(); ++e) {
                 const auto [a, b] = edges_of_tet[e];
                 fibre.nodes.push_back(rest.E(t, e));
-                fibre.factors.push_back(4 * (points(p, a) * slopes[b] + points(p, b) * slopes[a]));
+                fibre.factors.push_back(2 * (points(p, a) * slopes[b] + points(p, b) * slopes[a]));
             }
         }
     }

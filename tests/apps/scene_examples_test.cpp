@@ -94,6 +94,22 @@ TEST(GripperScene, LiftsAndCarriesTheEggAndLetsItGo) {
     EXPECT_LT(surface("0_egg", 140).col(2).minCoeff(), 0.02) << "let go";
 }
 
+TEST(HandScene, TendonsCloseOnTheEggLiftItAndLetItGo) {
+    const TemporaryFolder folder;
+    const Ran ran =
+        run(folder / "", "simulate " NBD_ASSETS "/scenes/hand.json -o run.h5 --obj frames --quiet");
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    // Frames are 50 ms apart.
+    const auto egg = [&](int frame) {
+        return read_surface(folder / fmt::format("frames/0_egg_{:06d}.obj", frame)).X;
+    };
+    const auto middle = [&](int frame) -> Eigen::RowVector3d { return egg(frame).colwise().mean(); };
+    EXPECT_NEAR(middle(60).z() - middle(18).z(), 0.15, 0.01) << "lifted";
+    for (int frame = 55; frame <= 68; ++frame)
+        EXPECT_LT((middle(frame) - middle(60)).norm(), 2e-3) << "it slips in frame " << frame;
+    EXPECT_LT(egg(90).col(2).minCoeff(), 0.01) << "let go";
+}
+
 /// The forces of the last step of a scene, by body and by what exerts them.
 std::map<std::pair<std::string, std::string>, Eigen::Vector3d> last_forces(const TemporaryFolder& folder,
                                                                            const std::string& scene) {
