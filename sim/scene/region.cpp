@@ -7,6 +7,7 @@
 #include <cmath>
 #include <set>
 #include <stdexcept>
+#include <type_traits>
 
 #include "meshing/surface/quadratic_tets.hpp"
 
@@ -30,9 +31,6 @@ bool contains(const CapsuleShape& capsule, const Eigen::Vector3d& p) {
     return distance_to_segment(p, capsule.from, capsule.to) <= capsule.radius;
 }
 bool contains(const NearSurface& near, const Eigen::Vector3d& p) {
-    if (!near.surface)
-        throw std::invalid_argument(fmt::format("{}: the {} that it names could not be loaded", near.key,
-                                                near.body.empty() ? near.obstacle : near.body));
     const std::optional<SurfaceDistance> at = signed_distance(*near.surface, p, 0, near.distance);
     return at && std::abs(at->distance) <= near.distance;
 }
@@ -77,6 +75,11 @@ class RegionSelector {
 
     template <class Shape>
     Mask of(const Shape& shape, const Region&) {
+        if constexpr (std::is_same_v<Shape, NearSurface>)
+            if (!shape.surface)
+                refuse(fmt::format("the {} \"{}\" that it is near to could not be loaded",
+                                   shape.body.empty() ? "obstacle" : "body",
+                                   shape.body.empty() ? shape.obstacle : shape.body));
         const auto inside = [&](const Nodes& points) {
             Mask mask(points.rows(), 0);
             for (Eigen::Index i = 0; i < points.rows(); ++i)

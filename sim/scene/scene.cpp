@@ -133,7 +133,12 @@ SceneReading read_scene(std::string_view text, const std::filesystem::path& base
     read_gravity(from, spec);
     spec.joints = read_joints(from, spec);
     for (SceneJoint& part : read_tendons(from, spec)) spec.joints.push_back(std::move(part));
+    const std::size_t before_regions = reading.problems.size();
     check_regions(from, spec);
+    for (std::size_t k = before_regions; k < reading.problems.size(); ++k)
+        for (std::size_t b = 0; b < spec.bodies.size(); ++b)
+            if (reading.problems[k].starts_with(fmt::format("bodies[{}].", b)))
+                result.body_is_good[b] = false;
     spec.contact = read_contact(from.object("contact"), spec);
     spec.step = read_solver(from.object("solver"));
     spec.time = read_time(from.object("time"));

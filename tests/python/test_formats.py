@@ -181,7 +181,9 @@ def files(command, assets, tmp_path_factory):
     run("mesh", assets / "beam.obj", "-o", "finer.h5", "--subdivide", 1)
     far = "".join(f"v {500_000 + float(words[1])} {words[2]} {words[3]}\n" if words[0] == "v" else line + "\n"
                   for line in (assets / "beam.obj").read_text().splitlines() if (words := line.split()))
-    (folder / "far.obj").write_text(far)
+    first = far.index("\nf ") + 1
+    second = far.index("\nf ", first + 400) + 1
+    (folder / "far.obj").write_text(far[:first] + "g front\n" + far[first:second] + "g back\n" + far[second:])
     run("mesh", "far.obj", "-o", "far.h5")
     run("dataset", "far.h5", "-o", "far_poses.h5", "--trajectories", 3, "--frames", 3)
     run("remap", "less.h5", "--from", "plain.h5", "--to", "finer.h5", "-o", "remapped.h5")

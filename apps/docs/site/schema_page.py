@@ -51,9 +51,13 @@ class SchemaPage:
         if "enum" in value:
             return "text"
         if value["type"] == "array":
+            if "items" not in value:
+                return "list"
             item, shared_item = self.resolved(value["items"])
             if item["type"] == "number":
                 return "three numbers"
+            if item["type"] == "integer":
+                return "list of whole numbers"
             if item["type"] == "string":
                 return "two texts"
             if item["type"] == "array":

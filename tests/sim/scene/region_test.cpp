@@ -170,6 +170,26 @@ TEST(Scene, RefusesRegionsThatAreWrong) {
               at + ": needs exactly one of \"box");
 }
 
+TEST(CheckScene, NamesWhatIsNotThereToBeNearTo) {
+    const LoadedBody bodies[] = {
+        {std::make_shared<const Body>(test::box_body({1, 0.4, 0.3}, {4, 2, 2})), nullptr}, {}};
+    const auto problems = [&](const std::string& near) {
+        const SceneReading reading = read_scene(R"({"bodies": [{"body": "a", "pins": [{"near": {"body": ")" +
+                                                    near + R"(", "distance": 1}}]}, {"body": "missing"}]})",
+                                                "");
+        EXPECT_EQ(reading.body_is_good[0], reading.problems.empty());
+        return reading.problems.empty() ? check_scene(reading, bodies).problems : reading.problems;
+    };
+    EXPECT_EQ(problems("a"), std::vector<std::string>{});
+    EXPECT_EQ(
+        problems("b"),
+        std::vector<std::string>{
+            R"(bodies[0].pins[0].near.body: no body is named "b"; allowed: a, missing; the nearest is "a")"});
+    EXPECT_EQ(problems("missing"),
+              std::vector<std::string>{
+                  R"(bodies[0].pins[0]: the body "missing" that it is near to could not be loaded)"});
+}
+
 /// Near a body and near an obstacle, also where positions are counted from an origin.
 TEST(BuildWorld, FindsRegionsNearBodiesAndObstacles) {
     const LoadedBody bar{std::make_shared<const Body>(test::box_body({1, 0.4, 0.3}, {10, 2, 2})), nullptr};
