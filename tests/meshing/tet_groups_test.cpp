@@ -4,6 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "meshing/formats/read_tets.hpp"
 #include "tests/support/error_of.hpp"
@@ -57,10 +61,12 @@ TEST_P(TetGroups, AreReadFromGmsh) {
     ASSERT_EQ(faces.size(), 1u);
     EXPECT_EQ(faces[0].name, "a face");
     const Faces boundary = boundary_faces(tets);
-    int on_face = 0;  // gmsh numbers the side of the first box at x = 0 first
-    for (int f = 0; f < boundary.rows(); ++f) on_face += tets.X(boundary.row(f), 0).maxCoeff() < 1e-9 ? 1 : 0;
-    EXPECT_EQ(std::ssize(faces[0].faces), on_face);
-    for (const int f : faces[0].faces) EXPECT_LT(tets.X(boundary.row(f), 0).maxCoeff(), 1e-9);
+    std::vector<int> on_face;  // gmsh numbers the side of the first box at x = 0 first
+    for (int f = 0; f < boundary.rows(); ++f)
+        if (tets.X(boundary(f, 0), 0) < 1e-9 && tets.X(boundary(f, 1), 0) < 1e-9 &&
+            tets.X(boundary(f, 2), 0) < 1e-9)
+            on_face.push_back(f);
+    EXPECT_EQ(faces[0].faces, on_face);
     ASSERT_EQ(groups.size(), 2u);
     EXPECT_EQ(groups[0].name, "group 7");
     EXPECT_EQ(groups[1].name, "two ends");
@@ -108,6 +114,34 @@ TEST(GmshGroups, NamesNeedQuotes) {
     const auto path = folder.write(
         "bad.msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n3 1 core\n$EndPhysicalNames\n");
     EXPECT_THAT(test::error_of([&] { read_tets(path); }), testing::HasSubstr("expected a name in quotes"));
+}
+
+TEST(FaceGroups, AreReadFromMedit) {
+    const test::TemporaryFolder folder;
+    const auto read = [&](const std::string& triangles) {
+        std::vector<FaceGroup> groups;
+        const TetMesh tets = read_tets(
+            folder.write(
+                "a.mesh",
+                "MeshVersionFormatted 1\nDimension 3\nVertices 5\n0 0 0 0\n1 0 0 0\n9 9 9 0\n0 1 0 0\n"
+                "0 0 1 0\nTriangles " +
+                    triangles + "\nTetrahedra 1\n1 2 4 5 0\nEnd\n"),
+            nullptr, nullptr, &groups);
+        const Faces boundary = boundary_faces(tets);
+        std::vector<std::pair<std::string, std::array<int, 3>>> found;
+        for (const FaceGroup& group : groups)
+            for (const int face : group.faces) found.emplace_back(group.name, sorted_corners(boundary, face));
+        return found;
+    };
+    // Vertex 3 is of no tetrahedron, and one triangle is no face of the boundary.
+    EXPECT_THAT(read("4\n1 2 4 7\n2 5 4 7\n1 5 2 0\n1 2 3 8"),
+                testing::UnorderedElementsAre(testing::Pair("group 7", testing::ElementsAre(0, 1, 2)),
+                                              testing::Pair("group 7", testing::ElementsAre(1, 2, 3))));
+    EXPECT_TRUE(read("4\n1 2 4 7\n2 5 4 7\n1 5 2 7\n1 5 4 7").empty());
+    EXPECT_NE(test::error_of<std::runtime_error>([&] {
+                  read("1\n1 2 6 7");
+              }).find("triangle 0 refers to node 6; allowed: 1 to 5"),
+              std::string::npos);
 }
 
 }  // namespace
