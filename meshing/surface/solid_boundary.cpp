@@ -58,8 +58,14 @@ double winding_number(const TriMesh& mesh, std::span<const int> faces, const Eig
 
 }  // namespace
 
-Containment containment(const TriMesh& inner, const TriMesh& outer) {
-    if (!closed_edges(outer.F)) return Containment::none;
+Containment containment(const TriMesh& inner, const TriMesh& given) {
+    if (!closed_edges(given.F)) return Containment::none;
+    TriMesh outer = given;
+    try {
+        turn_outward(outer);                  // what lies in a cavity is outside
+    } catch (const std::invalid_argument&) {  // a one-sided surface has no inside
+        return Containment::none;
+    }
     Eigen::AlignedBox3d box;
     for (Eigen::Index v = 0; v < outer.X.rows(); ++v) box.extend(outer.X.row(v).transpose());
     std::vector<int> faces(outer.F.rows());

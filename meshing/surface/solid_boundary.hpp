@@ -10,8 +10,9 @@ namespace nbd {
 /// Which part of a surface lies within another one that it does not meet.
 enum class Containment { none, some_parts, whole };
 
-/// Whether `inner` lies within `outer`, part by part (a part: faces connected by vertices). None if `outer`
-/// has open edges or edges of more than two faces, as it has no inside. Surfaces that meet: not defined.
+/// Whether `inner` lies within the solid that `outer` bounds, part by part (a part: faces connected by
+/// vertices). None if `outer` has open edges, edges of more than two faces or one side, as it has no inside.
+/// The faces of `outer` may look either way. Surfaces that meet: not defined.
 Containment containment(const TriMesh& inner, const TriMesh& outer);
 
 /// Deviations to allow from one closed shell, with or without cavities, free of self-intersections.

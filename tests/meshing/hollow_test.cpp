@@ -101,6 +101,16 @@ TEST(HollowBodies, KeepTheirShellsWhenCoveredAnew) {
     EXPECT_NEAR(kept[0].volume, -1e-6 * enclosed_volume(bubble), 1e-12);
 }
 
+TEST(HollowBodies, DoNotContainWhatLiesInTheirCavities) {
+    const TriMesh hollow = hollow_ball(2, 0.5), bubble = moved(icosphere(1), 0, 0, 0, 0.1);
+    for (const TriMesh& outer : {hollow, make_solid_boundary(hollow).mesh}) {
+        EXPECT_EQ(containment(bubble, outer), Containment::none);
+        EXPECT_EQ(containment(moved(bubble, 0.75, 0, 0), outer), Containment::whole);
+        EXPECT_EQ(containment(joined(bubble, moved(bubble, 0.75, 0, 0)), outer), Containment::some_parts);
+        EXPECT_EQ(containment(moved(bubble, 2, 0, 0), outer), Containment::none);
+    }
+}
+
 TEST(HollowBodies, MustBeOneShellThatNoCavityTouches) {
     const TriMesh ball = icosphere(2);
     const auto refusal = [](const TriMesh& mesh) {
