@@ -339,8 +339,8 @@ TEST(SolidBoundary, RejectsBrokenFilesOfEveryFormat) {
         {"point.obj", obj_file(with_face(ball, 4, 4, 4)), "face 80 repeats a vertex"},
         {"pierced.ply", binary_ply_file(pierced_sphere(), false), "the surface intersects itself"},
         {"two.stl", ascii_stl_file(joined(ball, moved(ball, 4, 0, 0))), "2 components"},
-        {"nested.off", off_file(joined(ball, moved(ball, 0, 0, 0, 0.5))),
-         "(1 shell and 1 cavity; the second starts at face 80)"},
+        {"nested.off", off_file(joined(joined(ball, moved(ball, 0, 0, 0, 0.5)), moved(ball, 0, 0, 0, 0.2))),
+         "(2 shells and 1 cavity; the second shell starts at face 160)"},
         {"klein.obj", obj_file(klein_bottle(10, 6)), "is one-sided"},
     };
     for (const auto& [name, content, text] : cases) {
