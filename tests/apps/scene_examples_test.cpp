@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <map>
@@ -185,14 +187,19 @@ TEST(ShelfScene, BendsAsABeamUnderItsCrate) {
     const double expected = board / (8 * stiffness) + crate * 0.85 * 0.85 * (3 - 0.85) / (6 * stiffness);
     EXPECT_NEAR(sag(5), expected, 0.05 * expected);
     EXPECT_NEAR(sag(1), expected / 5, 0.05 * expected);
+}
+
 TEST(FingerScene, BendsByPressureAndPressesOnTheBall) {
     const TemporaryFolder folder;
     auto forces = last_forces(folder, "finger");
     // The faces at the free end, which hangs down.
     const TriMesh rest = read_surface(folder / "frames/0_finger_000000.obj");
     std::vector<int> end;
-    for (int f = 0; f < rest.F.rows(); ++f)
-        if (rest.X(rest.F.row(f), 2).maxCoeff() < -0.0499) end.push_back(f);
+    for (int f = 0; f < rest.F.rows(); ++f) {
+        double highest = -1;
+        for (const int vertex : rest.F.row(f)) highest = std::max(highest, rest.X(vertex, 2));
+        if (highest < -0.0499) end.push_back(f);
+    }
     ASSERT_EQ(end.size(), 32u);
     const auto degrees = [&](int frame) {  // by which the end turns to the ball
         const Nodes X = read_surface(folder / fmt::format("frames/0_finger_{:06d}.obj", frame)).X;

@@ -85,8 +85,9 @@ void bind_surfaces(py::module_& m) {
         "The same tetrahedra as quadratic ones: with a node for each edge, behind the nodes of the mesh. The "
         "point of barycentric coordinates z lies at sum z_a^2 x_a + sum 2 z_a z_b x_ab, over corners and "
         "edges.");
-    m.def("read_surface", &read_surface, py::arg("path"), Computes(),
-          "Reads the triangles of a .obj, .ply, .stl, .off or .glb file; see make_solid_boundary().");
+    m.def(
+        "read_surface", [](const path& file) { return read_surface(file); }, py::arg("path"), Computes(),
+        "Reads the triangles of a .obj, .ply, .stl, .off or .glb file; see make_solid_boundary().");
     m.def("write_surface", &write_checked<write_mesh, TriMesh>, py::arg("path"), py::arg("mesh"), Computes(),
           "Writes a .obj or .ply file under a temporary name and renames it; "
           "positions are rounded to float32.");
