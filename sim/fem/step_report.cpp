@@ -7,7 +7,8 @@ namespace nbd {
 
 const char* name(StepTrouble trouble) noexcept {
     // In the order of the enumeration.
-    constexpr const char* names[]{"", "approach", "linear_solver", "newton", "contact_passes", "joint", "inverted"};
+    constexpr const char* names[]{"",      "approach", "linear_solver", "newton", "contact_passes",
+                                  "joint", "inverted"};
     return names[static_cast<std::size_t>(trouble)];
 }
 

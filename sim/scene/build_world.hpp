@@ -56,8 +56,8 @@ void check_gas_load(const SceneBody& spec, const WorldBody& body, std::size_t k)
 /// What is wrong with a grip that holds nodes of another one at a time, seconds. Both by their keys.
 std::string at_odds_text(const std::string& grip, const std::string& other, double time);
 
-/// Adds the joint, with the places of a weld. body: the first one. Throws std::invalid_argument, its JSON path
-/// first, for what the world refuses, where the region of a weld holds no places, and as parts_in().
+/// Adds the joint, with the places of a weld. body: the first one. Throws std::invalid_argument, its JSON
+/// path first, for what the world refuses, where the region of a weld holds no places, and as parts_in().
 void add_joint(const SceneJoint& spec, World& world, const Body& body);
 
 /// Makes an obstacle; reads its mesh if it has one, and turns its faces outward where they are not, with a

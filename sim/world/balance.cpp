@@ -195,8 +195,7 @@ World::Rejection World::balance(const StepPart& part, Eigen::VectorXd& v, WorldR
         to = v;
         ++report.newton_iterations;
         try {
-            const ContactSolveReport solved =
-                timed(report.solve_us, [&] { return solve_systems(to); });
+            const ContactSolveReport solved = timed(report.solve_us, [&] { return solve_systems(to); });
             report.contacts = solved.active;
             report.solver_iterations += solved.linear_iterations;
         } catch (const std::runtime_error&) {  // the matrix is not positive definite
