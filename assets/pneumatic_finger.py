@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Writes pneumatic_finger.obj: a bar of length 1 along x with four chambers, above its middle, so that it bends
-down where they are blown up. Usage: pneumatic_finger.py FILE.obj"""
+down where they are blown up."""
 
-import sys
+import argparse
 
 
 def box(low, high, cells, inward):
@@ -50,4 +50,6 @@ def main(path):
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    arguments = argparse.ArgumentParser(description=__doc__)
+    arguments.add_argument("file", metavar="FILE.obj", help="where the surface is written")
+    main(arguments.parse_args().file)

@@ -124,7 +124,8 @@ int World::add_body(WorldBody body) {
               .added = time_,
               .grips = std::move(body.grips),
               .grip_start = std::move(grip_start),
-              .added_at = std::move(added_at)};
+              .added_at = std::move(added_at),
+              .name = body.name.empty() ? fmt::format("body {}", index) : std::move(body.name)};
     add_cavities(made, body.loads);
     for (BodyLoad& load : body.loads) made.loads.emplace_back(std::move(load), elastic, *made.shape);
     systems_.emplace_back(elastic);

@@ -16,7 +16,7 @@ import nbdtree as nbd
 PAGE = pathlib.Path(__file__).resolve().parents[2] / "apps" / "docs" / "formats.md"
 
 # Letters of shapes that belong to the group of their dataset, not to the file.
-OF_GROUP = {"frames", "nodes", "tets", "edges", "train", "held_out", "bounds"}
+OF_GROUP = {"faces", "frames", "nodes", "tets", "edges", "train", "held_out", "bounds"}
 
 
 def tables(heading):

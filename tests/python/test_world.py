@@ -332,7 +332,7 @@ def test_cavities_tell_volume_and_pressure(tmp_path):
     assert (told.pressure, told.volume) == (cavity.pressure, cavity.volume)
     assert not told.force.any()
     del body["loads"][0]["cavity"]
-    with refused(ValueError, r"loads\[0\].cavity: is missing"):
+    with refused(ValueError, "loads[0].cavity: is missing"):
         nbd.World({"bodies": [body]})
 
 
