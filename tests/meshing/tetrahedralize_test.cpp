@@ -115,8 +115,9 @@ TEST(Tetrahedralize, RejectsInputThatGmshAcceptsSilentlyOrCrashesOn) {
     nested.X.bottomRows(8) = inner.X.rowwise() + Eigen::RowVector3d(0.4, 0.4, 0.4);
     nested.F.conservativeResize(nested.F.rows() + 12, 3);
     nested.F.bottomRows(12) = inner.F.array() + int(nested.X.rows() - 8);
+    EXPECT_NE(error_of(nested), "") << "a box within a box, both outward";
     nested.F.bottomRows(12).col(0).swap(nested.F.bottomRows(12).col(1));
-    EXPECT_TRUE(error_of(nested).starts_with("gmsh")) << error_of(nested);
+    EXPECT_EQ(error_of(nested), "") << "a cavity";
 
     TriMesh open = box(3);
     open.F.conservativeResize(open.F.rows() - 1, 3);
