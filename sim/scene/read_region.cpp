@@ -16,11 +16,12 @@ Eigen::AlignedBox3d read_box(JsonObject from) {
 
 CapsuleShape read_capsule(JsonObject from) {
     CapsuleShape capsule;
-    for (const char* key : {"from", "to"}) {
+    const auto point = [&](const char* key) {
         from.need(key);
-        (std::string_view(key) == "from" ? capsule.from : capsule.to) =
-            from.vector(key, Eigen::Vector3d::Zero());
-    }
+        return from.vector(key, Eigen::Vector3d::Zero());
+    };
+    capsule.from = point("from");
+    capsule.to = point("to");
     if (from.need("radius")) capsule.radius = from.optional_number("radius", positive_number).value_or(1);
     from.finish();
     return capsule;

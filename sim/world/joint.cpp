@@ -95,18 +95,27 @@ void check_finite(const Joint& joint, const Eigen::Vector3d& v, const char* what
         throw std::invalid_argument(fmt::format("joint \"{}\": its {} is not finite", joint.name, what));
 }
 
+/// what: of the joint; not_negative: whether its values must be >= 0.
+void check_keyed(const Joint& joint, const Keyed<double>& keyed, const char* what, bool not_negative) {
+    const auto fail = [&](const std::string& problem) {
+        throw std::invalid_argument(fmt::format("joint \"{}\": {}", joint.name, problem));
+    };
+    if (keyed.times.size() != keyed.values.size())
+        fail(fmt::format("its {} needs a value for each time", what));
+    for (std::size_t k = 0; k < keyed.times.size(); ++k) {
+        const double value = keyed.values[k];
+        if (!std::isfinite(keyed.times[k]) || !std::isfinite(value) || (not_negative && value < 0))
+            fail(fmt::format("its {} needs finite numbers{}", what, not_negative ? " >= 0" : ""));
+        if (k > 0 && !(keyed.times[k] > keyed.times[k - 1]))
+            fail(fmt::format("the times of its {} must ascend", what));
+    }
+}
+
 void check_freedom(const Joint& joint, const JointFreedom& freedom, double farthest) {
     const auto fail = [&](const std::string& what) {
         throw std::invalid_argument(fmt::format("joint \"{}\": {}", joint.name, what));
     };
-    if (freedom.motor.times.size() != freedom.motor.values.size())
-        fail("its motor needs a value for each time");
-    for (std::size_t i = 0; i < freedom.motor.times.size(); ++i) {
-        const double time = freedom.motor.times[i];
-        if (!std::isfinite(time) || !std::isfinite(freedom.motor.values[i]))
-            fail("its motor needs finite numbers");
-        if (i > 0 && !(time > freedom.motor.times[i - 1])) fail("the times of its motor must ascend");
-    }
+    check_keyed(joint, freedom.motor, "motor", false);
     for (const auto& limit : {freedom.least, freedom.most})
         if (limit && !(std::abs(*limit) <= farthest))
             fail(fmt::format("a limit is {}, but must lie within {} and {}", *limit, -farthest, farthest));
@@ -128,20 +137,12 @@ void check_freedom(const Joint& joint, const JointFreedom& freedom, double farth
 }
 
 void check_pull(const Joint& joint, const CordJoint& cord) {
-    const auto fail = [&](const char* what) {
-        throw std::invalid_argument(fmt::format("joint \"{}\": {}", joint.name, what));
-    };
     if (cord.stiffness > 0 || cord.damping > 0 || cord.pulls_only || cord.length)
-        fail("a tension that is given leaves nothing to stiffness, damping and length; name one of them");
-    if (cord.tension.times.size() != cord.tension.values.size())
-        fail("its tension needs a value for each time");
-    for (std::size_t k = 0; k < cord.tension.times.size(); ++k) {
-        if (!std::isfinite(cord.tension.times[k]) || !(cord.tension.values[k] >= 0) ||
-            !std::isfinite(cord.tension.values[k]))
-            fail("its tension needs finite numbers >= 0");
-        if (k > 0 && !(cord.tension.times[k] > cord.tension.times[k - 1]))
-            fail("the times of its tension must ascend");
-    }
+        throw std::invalid_argument(fmt::format(
+            "joint \"{}\": a tension that is given leaves nothing to stiffness, damping and length; "
+            "name one of them",
+            joint.name));
+    check_keyed(joint, cord.tension, "tension", true);
 }
 
 }  // namespace
