@@ -164,7 +164,7 @@ std::string to_csv(const nlohmann::ordered_json& table) {
 void run(const RaceArguments& arguments, Output& out) {
     hold_blas_to_one_thread();
     SceneSpec spec = load_scene(arguments.scene);
-    if (arguments.frames) spec.time.frames = *arguments.frames;
+    if (arguments.frames) spec.time.set_frames(*arguments.frames);
     std::vector<std::filesystem::path> inputs = scene_inputs(spec);
     inputs.push_back(arguments.scene);
     check_outputs({{"csv", arguments.csv, ".csv"}}, inputs);

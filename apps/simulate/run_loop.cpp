@@ -53,11 +53,13 @@ void RunLoop::override_scene() {
     overridden_ = {{"--bounds", bounds ? std::string(name(*bounds)) : ""},
                    {"--margin", text_of(margin)},
                    {"--audit", options_.audit > 0 ? fmt::format("{}", options_.audit) : ""}};
+    if (options_.frames && spec_.time.statics)
+        overridden_.emplace_back("--frames", fmt::format("{}", *options_.frames));
     for (SceneBody& body : spec_.bodies) {
         if (bounds) body.bounds = *bounds;
         if (margin) body.margin = margin;
     }
-    if (options_.frames) spec_.time.frames = *options_.frames;
+    if (options_.frames) spec_.time.set_frames(*options_.frames);
 }
 
 /// Whether an earlier run has done all. Warns of what is asked of a run that is not made.

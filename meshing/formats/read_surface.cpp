@@ -48,13 +48,17 @@ const SurfaceFormat& check_file(const fs::path& path) {
 
 /// Without those of all triangles.
 std::vector<FaceGroup> groups_of_triangles(const PolygonSoup& soup, const std::vector<int>& face_of) {
+    std::vector<int> first(soup.face_count() + 1, 0);  // of the triangles of a face, which are in order
+    for (const int face : face_of) ++first[face + 1];
+    for (std::size_t f = 1; f < first.size(); ++f) first[f] += first[f - 1];
     std::vector<FaceGroup> result;
     for (const FaceGroup& group : soup.groups) {
-        std::vector<char> is_in(soup.face_count(), 0);
-        for (const int face : group.faces) is_in[face] = 1;
+        std::vector<int> faces = group.faces;
+        std::ranges::sort(faces);
+        faces.erase(std::ranges::unique(faces).begin(), faces.end());
         FaceGroup mine{.name = group.name, .faces = {}};
-        for (std::size_t t = 0; t < face_of.size(); ++t)
-            if (is_in[face_of[t]]) mine.faces.push_back(static_cast<int>(t));
+        for (const int face : faces)
+            for (int t = first[face]; t < first[face + 1]; ++t) mine.faces.push_back(t);
         if (!mine.faces.empty() && mine.faces.size() < face_of.size()) result.push_back(std::move(mine));
     }
     return result;

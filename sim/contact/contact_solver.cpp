@@ -26,6 +26,7 @@ void ContactSolver::begin(std::span<const Contact> contacts, std::span<const Bon
     shapes_ = shapes;
     first_unknown_ = first_unknown;
     settled_share_ = tolerance;
+    tolerance_ = linear_tolerance_;
     each_contact_ = each_contact;
     tangents_ = tangents;
     dt_ = step.dt;
@@ -33,6 +34,11 @@ void ContactSolver::begin(std::span<const Contact> contacts, std::span<const Bon
     start_ = v;
     step_impulses_.clear();
     set_contacts(contacts, bonds, v);
+}
+
+void ContactSolver::solve_to(double share) noexcept {
+    settled_share_ *= share;
+    tolerance_ = share * linear_tolerance_;
 }
 
 void ContactSolver::set_contacts(std::span<const Contact> contacts, std::span<const Bond> bonds,

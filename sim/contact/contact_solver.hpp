@@ -54,7 +54,7 @@ class ContactSolver {
 
     explicit ContactSolver(const LinearSolveConfig& config,
                            std::shared_ptr<RestHierarchies> hierarchies = nullptr)
-        : tolerance_(config.tolerance), linear_(config, std::move(hierarchies)) {}
+        : linear_tolerance_(config.tolerance), linear_(config, std::move(hierarchies)) {}
 
     /// Sets the contacts and bonds of a step; the velocities before it, v (stacked, prescribed ones in
     /// place), give the first guess of how they press and slip. shapes: one per body. first_unknown: start of
@@ -67,6 +67,8 @@ class ContactSolver {
                std::span<const ContactShape* const> shapes, std::span<const int> first_unknown,
                double tolerance, const TimeStep& step, const Eigen::VectorXd& v, bool each_contact,
                bool tangents = false);
+    /// Lets solves of the step, until the next begin(), leave this share of what their tolerances allow.
+    void solve_to(double share) noexcept;
     /// Others for the same step, as seen from its iterate v.
     void set_contacts(std::span<const Contact> contacts, std::span<const Bond> bonds,
                       const Eigen::VectorXd& v);
@@ -208,7 +210,8 @@ class ContactSolver {
     };
     std::vector<Slide> slides_;               // [contacts]
     std::vector<Drag> drags_, drags_before_;  // [contacts] of the last two solves; slip 0: not known
-    double tolerance_;                        // of the linear solves, relative to yielding_scales_
+    double linear_tolerance_;                 // of the linear solves, relative to yielding_scales_
+    double tolerance_ = linear_tolerance_;    // likewise, see solve_to()
     Eigen::VectorXd start_;                   // velocities before the step
     std::vector<double> step_impulses_;       // [bodies] scales_ without contacts; empty: not measured yet
     std::vector<double> scales_;              // [bodies] see share_of_scales()

@@ -20,15 +20,20 @@ std::string_view instead_of_integrator(std::string_view name) noexcept {
     return name == "bdf2" ? "second_order" : "";
 }
 
-StepConfig read_solver(JsonObject from) {
+/// time: static increments have linearisations of their own.
+StepConfig read_solver(JsonObject from, SceneTime& time) {
     StepConfig step;
     from.gone("most_substeps", "max_substeps");
     if (from.choice("integrator", "second_order", {"second_order", "backward_euler"},
                     instead_of_integrator) == "backward_euler")
         step.integrator = TimeIntegrator::backward_euler;
     if (from.choice("tangent", "rotated", {"rotated", "full"}) == "full") step.tangent = Tangent::full;
-    step.newton_iterations =
-        from.integer("newton_iterations", step.newton_iterations, {1, 100, "between 1 and 100"});
+    if (time.statics)
+        time.statics->newton_iterations = from.integer("newton_iterations", time.statics->newton_iterations,
+                                                       {1, 1e4, "between 1 and 10000"});
+    else
+        step.newton_iterations =
+            from.integer("newton_iterations", step.newton_iterations, {1, 100, "between 1 and 100"});
     step.newton_tolerance =
         from.number("newton_tolerance", step.newton_tolerance, {1e-12, 1, "between 1e-12 and 1"});
     step.max_substeps = from.integer("max_substeps", step.max_substeps, {1, 1024, "between 1 and 1024"});
@@ -140,8 +145,8 @@ SceneReading read_scene(std::string_view text, const std::filesystem::path& base
             if (reading.problems[k].starts_with(fmt::format("bodies[{}].", b)))
                 result.body_is_good[b] = false;
     spec.contact = read_contact(from.object("contact"), spec);
-    spec.step = read_solver(from.object("solver"));
     spec.time = read_time(from.object("time"));
+    spec.step = read_solver(from.object("solver"), spec.time);
     if (spec.time.statics) refuse_motion(json, reading);
     spec.output = read_output(from.object("output"));
     spec.seed = from.integer("seed", 0, {0, 9e15, "between 0 and 9e15"});

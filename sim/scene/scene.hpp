@@ -122,6 +122,12 @@ struct SceneTime {
     int steps_per_frame = 2;
     // Balance instead of motion; dt is the share of the load that a frame adds, then.
     std::optional<StaticConfig> statics{};
+
+    /// So many frames, of a static scene with as much of its load together.
+    void set_frames(int count) noexcept {
+        frames = count;
+        if (statics) dt = 1.0 / count;
+    }
 };
 
 /// Output files of a run; an empty path is not written. The recording is relative to the working directory,

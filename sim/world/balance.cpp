@@ -7,17 +7,19 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include "collision/base/stop.hpp"
 #include "collision/base/stopwatch.hpp"
 #include "sim/fem/step_system.hpp"
+#include "sim/world/given_ways.hpp"
 #include "sim/world/world.hpp"
 
 namespace nbd {
 namespace {
 
 constexpr double free_way = 0.5;    // of its size, by which a body that nothing holds moves at a time
-constexpr double most_way = 4;      // likewise, in all, before it is taken to be held by nothing
+constexpr double most_way = 4;      // of its room, in all, before it is taken to be held by nothing
 constexpr double least_net = 0.01;  // of the forces on a body, with which it moves off
 // Of the stiffness of a body: with what it is kept in place, where some of its nodes are held or none.
 constexpr double held_hold = 1e-10, free_hold = 1e-7;
@@ -44,6 +46,10 @@ void check_static_config(const StaticConfig& config) {
     if (!(config.tolerance >= 1e-10 && config.tolerance <= 0.1))
         throw std::invalid_argument(fmt::format(
             "world: the tolerance of statics is {}, but must be between 1e-10 and 0.1", config.tolerance));
+    if (config.newton_iterations < 1)
+        throw std::invalid_argument(
+            fmt::format("world: the linearisations of a static increment are {}, but must be 1 or more",
+                        config.newton_iterations));
 }
 
 /// The factor of gravity and of loads without keyframes.
@@ -108,20 +114,28 @@ bool World::Caution::takes_more_hold(bool was_exact, double imbalance) noexcept 
         exact_below = exact_again * imbalance;
         return true;
     }
-    more_hold *= factor;
-    return more_hold <= most;
+    stiffness_hold *= factor;
+    return stiffness_hold <= most;
+}
+
+/// Lets the next linearisation be solved better after one whose solution was taken to be where it began: what
+/// solves may leave counts by the whole motion of the increment. Returns whether that can help.
+bool World::Caution::solves_better() noexcept {
+    constexpr double factor = 1e-2, least = 1e-8;
+    precision *= factor;
+    return precision >= least;
 }
 
 /// Likewise after one that went far or not. Returns whether the next can go on.
 bool World::Caution::goes_on(bool was_exact, double imbalance, bool went_far) noexcept {
     constexpr double factor = 16, most = 1e12;
     if (went_far)
-        less_way = std::max(4 * less_way / factor, 1.0);
+        way_hold = std::max(4 * way_hold / factor, 1.0);
     else if (was_exact)
         exact_below = exact_again * imbalance;
     else
-        less_way *= factor;
-    return less_way <= most;
+        way_hold *= factor;
+    return way_hold <= most;
 }
 
 /// Lets a share of each body's mass resist the motion from v, so that one that nothing holds does not move
@@ -132,12 +146,29 @@ void World::regularise(double dt, const Eigen::VectorXd& v, std::span<const Imba
     for (int b = 0; b < body_count(); ++b) {
         Body& body = at(b);
         const double size = body.shape->rest_diagonal,
-                     hold = std::max(caution.less_way * imbalances[b].net / (free_way * size),
-                                     caution.more_hold * (is_held(body) ? held_hold : free_hold) *
+                     hold = std::max(caution.way_hold * imbalances[b].net / (free_way * size),
+                                     caution.stiffness_hold * (is_held(body) ? held_hold : free_hold) *
                                          body.contact_young * size);  // N/m
         body.start.v = body_part(b, v);
         body.start.static_mass = rounded(dt * dt * hold / body.elastic->mass());
     }
+}
+
+/// How far a body may have to go before something holds it, metres: the largest of its size and of its
+/// distances from other bodies, obstacles and the places of its joints.
+double World::room_of(int body) const {
+    const double size = at(body).shape->rest_diagonal;
+    const Eigen::Vector3d centre = centre_of_mass(elastic(body), at(body).state.x);
+    double room = size;
+    for (int b = 0; b < body_count(); ++b)
+        if (b != body) room = std::max(room, (centre_of_mass(elastic(b), at(b).state.x) - centre).norm());
+    for (const Obstacle& obstacle : obstacles_)
+        if (const auto to = signed_distance(obstacle, centre, time_, std::numeric_limits<double>::infinity()))
+            room = std::max(room, std::abs(to->distance));
+    for (const JointBonds& joint : joints_)
+        if (joint.joint().a == body || joint.joint().b == body)
+            room = std::max(room, joint.reach_from(centre));
+    return room;
 }
 
 /// An increment: Newton's iteration to the balance of all forces, with friction by the way of the increment.
@@ -156,33 +187,40 @@ World::Rejection World::balance(const StepPart& part, Eigen::VectorXd& v, WorldR
     barrier().begin_step(time_, dt);
     Eigen::VectorXd to = stacked(&World::first_iterate, given);
     v = Eigen::VectorXd::Zero(to.size());
-    double progress = barrier().obstacles_move() || held_nodes_move(dt, given) ? 0 : 1;
-    look(dt, v, to, progress, report);
+    GivenWays given_ways(barrier().obstacles_move() || held_nodes_move(dt, given));
+    look(dt, v, to, given_ways.obstacles, report);
     std::vector<double> ways(bodies_.size(), 0.0);  // of their nodes in the mean
+    std::vector<double> rooms;
+    for (int b = 0; b < body_count(); ++b) rooms.push_back(room_of(b));
     Caution caution;
     std::string left;
     double share = 0;
     for (int k = 0;; ++k) {
         stop_if_asked();
-        timed(report.detect_us, [&] { contacts_ = contacts_at(dt, v, share, progress, shapes); });
+        timed(report.detect_us, [&] { contacts_ = contacts_at(dt, v, share, given_ways.obstacles, shapes); });
         find_bonds(dt, v);
         // Far from balance, friction of a size that does not change with the slip would push bodies away.
         solver_.begin(contacts_, bonds_, shapes, first_unknown_, config_.contact.tolerance, step_, v, true,
                       k > 0 && report.imbalance < least_tangents);
+        solver_.solve_to(caution.precision);
         std::vector<Imbalance> now =
             timed(report.assemble_us, [&] { return imbalances(dt, v, given, k > 0); });
         for (std::size_t b = 0; b < now.size(); ++b) now[b].scale = std::max(now[b].scale, begun[b]);
-        const std::size_t worst = std::ranges::max_element(now, {}, &Imbalance::share) - now.begin();
+        const double tolerance = config_.statics->tolerance;
+        const std::size_t worst =
+            std::ranges::max_element(
+                now, {},
+                [&](const Imbalance& of) { return std::pair(!of.is_balanced(tolerance), of.share()); }) -
+            now.begin();
         report.imbalance = now[worst].share();
         left = fmt::format("{} is out of balance by {:.2g} of the forces on it", bodies_[worst].name,
                            report.imbalance);
         if (now[worst].net > least_net * now[worst].scale) left += ", and maybe nothing holds it";
-        if (k > 0 && progress == 1 && report.imbalance <= config_.statics->tolerance) {
+        if (k > 0 && given_ways.are_gone() && now[worst].is_balanced(tolerance)) {
             report.contacts_settled = report.solver_converged = true;
             return {};
         }
-        if (ways[worst] > most_way * bodies_[worst].shape->rest_diagonal &&
-            now[worst].net > least_net * now[worst].scale)
+        if (ways[worst] > most_way * rooms[worst] && now[worst].net > least_net * now[worst].scale)
             return {.reason = fmt::format("nothing holds {}, which moves on and on without a balance",
                                           bodies_[worst].name),
                     .fatal = true,
@@ -198,6 +236,8 @@ World::Rejection World::balance(const StepPart& part, Eigen::VectorXd& v, WorldR
             const ContactSolveReport solved = timed(report.solve_us, [&] { return solve_systems(to); });
             report.contacts = solved.active;
             report.solver_iterations += solved.linear_iterations;
+            if (given_ways.are_gone() && solved.linear_iterations == 0 && to == v && !caution.solves_better())
+                break;
         } catch (const std::runtime_error&) {  // the matrix is not positive definite
             if (!caution.takes_more_hold(is_exact, report.imbalance)) throw;
             continue;
@@ -205,21 +245,17 @@ World::Rejection World::balance(const StepPart& part, Eigen::VectorXd& v, WorldR
         if (!to.allFinite()) return {.reason = "the motion of the increment is not finite", .fatal = true};
         const double trusted = trusted_share(dt, v, to);
         if (trusted < 1) to = v + trusted * (to - v);
-        const double free = propose(dt, v, to, progress, report);
-        share = progress == 1 ? search_line(v, to, free) : free;
-        if (progress == 1 && !caution.goes_on(is_exact, report.imbalance, share >= cautious_share * free))
-            break;
-        if (progress < 1 && share < least_step) break;
+        const double free = propose(dt, v, to, given_ways.obstacles, report);
+        const bool is_free = given_ways.are_gone();
+        share = is_free ? search_line(v, to, free) : free;
+        if (is_free && !caution.goes_on(is_exact, report.imbalance, share >= cautious_share * free)) break;
+        if (!is_free && share < least_step) break;
         for (int b = 0; b < body_count(); ++b)
-            if (progress == 1) ways[b] += dt * share * body_part(b, to - v).rowwise().norm().mean();
+            if (is_free) ways[b] += dt * share * body_part(b, to - v).rowwise().norm().mean();
         v += share * (to - v);
-        progress = share == 1 ? 1 : progress + share * (1 - progress);
+        given_ways.go(share, trusted);
     }
-    if (progress < 1)
-        return {.reason = fmt::format("grips and obstacles cannot go {:.2g} of their way "
-                                      "without an intersection",
-                                      1 - progress),
-                .fatal = true};
+    if (!given_ways.are_gone()) return {.reason = given_ways.text(), .fatal = true};
     return {.reason = left, .fatal = true, .trouble = StepTrouble::newton};
 }
 

@@ -197,7 +197,7 @@ std::vector<CavityState> World::cavities() const {
                 if (gas.cavity == k) one.pressure += gas.pressure(one.volume, time_);
             for (const LoadForces& load : body.loads)
                 if (load.load().kind == LoadKind::pressure && load.load().faces == cavity.faces())
-                    one.pressure += load.load().pressure * load.load().factor.at(time_, 1);
+                    one.pressure += load.load().pressure * load.load().factor.at(time_, load_share(time_));
         }
     }
     return all;

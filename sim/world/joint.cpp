@@ -305,6 +305,20 @@ void JointBonds::bind_spring(const CarriedPoint& a, const Place& b, const BondLa
     if (damper.damping > 0) bind(a, b, damper, x, bonds);
 }
 
+double JointBonds::reach_from(const Eigen::Vector3d& point) const {
+    const auto away = [&](const Eigen::Vector3d& place) { return (place - point).norm(); };
+    if (const auto* weld = std::get_if<WeldJoint>(&joint_.kind)) {
+        double reach = 0;
+        for (const auto& place : weld->places.rowwise()) reach = std::max(reach, away(place.transpose()));
+        return reach;
+    }
+    if (const auto* cord = std::get_if<CordJoint>(&joint_.kind))
+        return std::max({away(cord->from), away(cord->to), length_});
+    if (const auto* hinge = std::get_if<HingeJoint>(&joint_.kind)) return away(hinge->point);
+    if (const auto* slider = std::get_if<SliderJoint>(&joint_.kind)) return away(slider->point);
+    return away(std::get<BallJoint>(joint_.kind).point);
+}
+
 double JointBonds::value(std::span<const Nodes> x) const {
     if (std::holds_alternative<SliderJoint>(joint_.kind)) {
         const Eigen::Vector3d way = position(on_a_[0], x) - in_frame({0, 0, 0}, x).position;

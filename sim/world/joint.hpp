@@ -108,6 +108,10 @@ class JointBonds {
     /// Bond::difference is that at x.
     void add(std::span<const Nodes> x, double time, double dt, std::vector<Bond>& bonds) const;
 
+    /// The largest distance of a place of the joint, where it was added, from a point, metres; of a cord no
+    /// less than its length.
+    double reach_from(const Eigen::Vector3d& point) const;
+
     /// The angle of a hinge, the way of a slider or the length of a cord at x; 0 of others.
     double value(std::span<const Nodes> x) const;
 

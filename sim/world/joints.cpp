@@ -1,6 +1,7 @@
 // The joints of a world: their bonds in a step, and where these break.
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <utility>
 
@@ -191,7 +192,8 @@ std::string World::joint_fault(double dt, const Eigen::VectorXd& v) const {
     for (std::size_t k = 0; k < bonds_.size(); ++k) {
         const Bond& bond = bonds_[k];
         terms.add(bond, first_unknown_);
-        const double stiffness = std::max(bond.law.stiffness, bond.law.K.norm());
+        const double stiffness =
+            std::max(bond.law.stiffness, bond.law.K.selfadjointView<Eigen::Lower>().operatorNorm());
         if (bond.is_spring || broken_[bond.joint] || !(stiffness > 0)) continue;
         const double gives =
             bond.law.at(bond.difference + dt * terms.velocity(k, v)).gradient.norm() / stiffness;

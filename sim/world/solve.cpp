@@ -1,6 +1,7 @@
 // One part of a step: Newton's iteration over bodies that a barrier keeps apart.
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,6 +12,7 @@
 #include "collision/base/stopwatch.hpp"
 #include "meshing/body/rigid_body.hpp"
 #include "sim/fem/step_system.hpp"
+#include "sim/world/given_ways.hpp"
 #include "sim/world/world.hpp"
 
 namespace nbd {
@@ -20,6 +22,8 @@ constexpr int max_linearisations = 30;  // unless the step's config allows sever
 /// Of a body's impulses, by which those of contacts may be off. Where these change from feature to feature
 /// with every linearisation they come no nearer, so that each allows twice as much as the one before.
 constexpr double contact_share = 0.1;
+/// Of the kinetic energy of a body, which turning may give it in elastic energy; likewise.
+constexpr double turns_share = 1e-3;
 constexpr double least_gas_error = 1e-3;  // of absolute pressures, likewise
 constexpr int max_halvings = 40;          // of a Newton step, until the potential falls
 constexpr double rounding = 1e-13;        // relative, of potentials
@@ -140,6 +144,26 @@ double World::strain_of_turns(double dt, const Eigen::VectorXd& v) const {
     return largest;
 }
 
+/// The elastic energy that deformable bodies get by turning along straight ways from where they are
+/// linearised at `from`, as a share of their kinetic energy at `to`: of the largest of all bodies. A straight
+/// way strains by half the square of the turn, which matters where sound crosses a body many times in a step.
+double World::share_of_turns(double dt, const Eigen::VectorXd& from, const Eigen::VectorXd& to) const {
+    double largest = 0;
+    for (int b = 0; b < body_count(); ++b) {
+        const ElasticBody& body = elastic(b);
+        if (body.is_rigid()) continue;
+        const Nodes w = body_part(b, to), x = at(b).start.x + dt * body_part(b, from);
+        const Momentum way = momentum_of(body, {.x = x, .v = w - body_part(b, from)});
+        const Eigen::Vector3d turn =
+            dt * rigid_inertia(body, x).bottomRightCorner<3, 3>().ldlt().solve(way.angular);
+        const double strain = turn.squaredNorm() / 2, young = at(b).contact_young,
+                     volume = body.mass() / body.material().density;
+        if (const double kinetic = kinetic_energy(body, w); kinetic > 0)
+            largest = std::max(largest, young * volume * strain * strain / 2 / kinetic);
+    }
+    return largest;
+}
+
 /// A part with contacts linearised at its start. Where they lead nowhere near an intersection and press at
 /// the end as was solved for, it is done. If not, it goes as far as nothing collides, and is
 /// linearised there. v: out, the velocities at the end of the part.
@@ -161,17 +185,16 @@ World::Rejection World::solve(const StepPart& part, Eigen::VectorXd& v, WorldRep
     barrier().begin_step(time_, dt);
     Eigen::VectorXd to = stacked(&World::likely_velocities, given);
     v = -leads(dt);
-    // How far grips and obstacles have come.
-    double progress = barrier().obstacles_move() || held_nodes_move(dt, given) ? 0 : 1;
+    GivenWays given_ways(barrier().obstacles_move() || held_nodes_move(dt, given));
     constexpr const char* too_large = "the velocities of the step are too large, or not finite";
     if (!leads_somewhere(dt, to)) return {.reason = too_large, .fatal = true};
-    look(dt, v, to, progress, report);
+    look(dt, v, to, given_ways.obstacles, report);
     double share = 0, moved = 0, error = 0;
-    double allowed_strain = rigid_strain, allowed_of_gases = least_gas_error;
+    double allowed_strain = rigid_strain, allowed_turns = turns_share, allowed_of_gases = least_gas_error;
     double allowed = is_newton ? config_.step.newton_tolerance : contact_share;
     for (int k = 0;; ++k) {
         stop_if_asked();
-        timed(report.detect_us, [&] { contacts_ = contacts_at(dt, v, share, progress, shapes); });
+        timed(report.detect_us, [&] { contacts_ = contacts_at(dt, v, share, given_ways.obstacles, shapes); });
         find_bonds(dt, v);
         timed(report.solve_us, [&] {
             if (k > 0)
@@ -180,7 +203,7 @@ World::Rejection World::solve(const StepPart& part, Eigen::VectorXd& v, WorldRep
                 solver_.begin(contacts_, bonds_, shapes, first_unknown_, config_.contact.tolerance, step_,
                               stacked(&World::first_iterate, given), is_newton);
         });
-        if (is_newton && k > 0 && progress == 1) {
+        if (is_newton && k > 0 && given_ways.are_gone()) {
             error = residual(v);
             if (error <= allowed) return {};
             if (!is_asked) allowed *= 2;
@@ -200,11 +223,11 @@ World::Rejection World::solve(const StepPart& part, Eigen::VectorXd& v, WorldRep
         if (turns_abruptly_ && step_.velocity_factor > 1) return {.reason = "a rigid body turns abruptly"};
         const double trusted = trusted_share(dt, v, to);
         if (trusted < 1) to = v + trusted * (to - v);
-        share = propose(dt, v, to, progress, report);
+        share = propose(dt, v, to, given_ways.obstacles, report);
         if (share == 1 && trusted == 1 && !is_newton) {
             error = timed(report.detect_us, [&] { return contact_error(dt, to, shapes); });
             if (solved.settled && error <= allowed && strain_of_turns(dt, to) <= allowed_strain &&
-                gas_error(to) <= allowed_of_gases) {
+                share_of_turns(dt, v, to) <= allowed_turns && gas_error(to) <= allowed_of_gases) {
                 v = to;
                 if (solved.converged) return {};
                 return {.reason = "the linear system was not solved to its tolerance",
@@ -212,25 +235,27 @@ World::Rejection World::solve(const StepPart& part, Eigen::VectorXd& v, WorldRep
             }
             if (error > allowed) allowed *= 2;
             allowed_strain *= 2;
+            allowed_turns = std::min(2 * allowed_turns, 1.0);
             allowed_of_gases *= 2;
         }
-        if (k > 0 && progress == 1) share = search_line(v, to, share);
+        if (k > 0 && given_ways.are_gone()) share = search_line(v, to, share);
         v += share * (to - v);
         to = v;
-        progress = share == 1 ? 1 : progress + share * (1 - progress);
+        given_ways.go(share, trusted);
         moved = std::max(moved, share);
     }
-    if (progress < 1)
-        return {.reason = fmt::format("grips and obstacles cannot go {:.2g} of their way "
-                                      "without an intersection",
-                                      1 - progress),
-                .fatal = true};
+    if (!given_ways.are_gone()) return {.reason = given_ways.text(), .fatal = true};
     if (moved < least_progress) return {.reason = "the step finds no progress", .fatal = true};
-    return {
-        .reason = fmt::format("Newton's iteration ends with impulses out of balance by {:.2g} of those on "
-                              "a body, allowed: {:.2g}",
-                              error, allowed),
-        .trouble = StepTrouble::newton};
+    if (error > allowed || is_newton)
+        return {
+            .reason = fmt::format("Newton's iteration ends with impulses out of balance by {:.2g} of those "
+                                  "on a body, allowed: {:.2g}",
+                                  error, allowed),
+            .trouble = StepTrouble::newton};
+    return {.reason =
+                "a body turns so far in a step that its linearisations come to no end: it is too stiff for "
+                "steps of this length, and may as well be rigid",
+            .trouble = StepTrouble::newton};
 }
 
 /// What comes near in the motion from v to `to`.

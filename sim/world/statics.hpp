@@ -11,11 +11,10 @@ struct StaticConfig {
     // that of its loads, of what supports it, or of its elasticity before the increment, whichever is
     // largest.
     double tolerance = 1e-6;
+    int newton_iterations = 200;  // linearisations of an increment at most; in place of StepConfig's
 };
 
 /// Throws std::invalid_argument for a number out of range.
 void check_static_config(const StaticConfig& config);
-
-constexpr int static_iterations = 200;  // linearisations of an increment, unless a config asks for others
 
 }  // namespace nbd

@@ -46,7 +46,7 @@ World::World(const WorldConfig& config)
     if (config.statics) {
         check_static_config(*config.statics);
         config_.step.integrator = TimeIntegrator::backward_euler;
-        if (config.step.newton_iterations == 1) config_.step.newton_iterations = static_iterations;
+        config_.step.newton_iterations = config.statics->newton_iterations;
         config_.contact.tolerance = std::min(config.contact.tolerance, 1e-4 * config.statics->tolerance);
     }
     const auto& [times, values] = config.gravity_keys;

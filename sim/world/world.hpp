@@ -412,17 +412,24 @@ class World {
         double scale = 0;              // see StaticConfig::tolerance, newtons
         double net = 0;                // of the force and the torque over the body's size as a whole, newtons
 
-        double share() const noexcept { return off <= rounding ? 0 : off / scale; }
+        double share() const noexcept { return off > 0 ? off / scale : 0; }
+        /// Whether it is at most `tolerance`, or what rounding leaves.
+        bool is_balanced(double tolerance) const noexcept {
+            return off <= std::max(tolerance * scale, rounding);
+        }
     };
     /// How careful the next linearisation of an increment is.
     struct Caution {
-        double less_way = 1, more_hold = 1;  // factors of what keeps bodies in place
+        // Factors of what keeps bodies in place, of that by their way and of that by their stiffness, and of
+        // what solves may leave.
+        double way_hold = 1, stiffness_hold = 1, precision = 1;
         // The imbalance below which tangents are exact: those of a body that has to go far need not be
         // positive definite.
         double exact_below = std::numeric_limits<double>::infinity();
         static constexpr double exact_again = 0.1;  // of the imbalance at which they led astray
 
         bool takes_more_hold(bool was_exact, double imbalance) noexcept;
+        bool solves_better() noexcept;
         bool goes_on(bool was_exact, double imbalance, bool went_far) noexcept;
     };
     double load_share(double time) const noexcept;
@@ -430,6 +437,7 @@ class World {
                                       const std::vector<PrescribedNodes>& given, bool is_assembled);
     void regularise(double dt, const Eigen::VectorXd& v, std::span<const Imbalance> imbalances,
                     const Caution& caution);
+    double room_of(int body) const;
     Rejection balance(const StepPart& part, Eigen::VectorXd& v, WorldReport& report);
     void come_to_rest(const StepPart& part, const Eigen::VectorXd& v, const BodyPositions& ends);
 
@@ -464,6 +472,7 @@ class World {
                                      std::span<const ContactShape* const> shapes);
     double contact_error(double dt, const Eigen::VectorXd& v, std::span<const ContactShape* const> shapes);
     double strain_of_turns(double dt, const Eigen::VectorXd& v) const;
+    double share_of_turns(double dt, const Eigen::VectorXd& from, const Eigen::VectorXd& to) const;
     double trusted_share(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to) const;
     Rejection solve(const StepPart& part, Eigen::VectorXd& v, WorldReport& report);
     void look(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress,

@@ -14,6 +14,7 @@
 #include "sim/world/world.hpp"
 #include "tests/meshing/shapes.hpp"
 #include "tests/sim/world/box_model.hpp"
+#include "tests/sim/world/static_world.hpp"
 #include "tests/support/box_body.hpp"
 #include "tests/support/box_mesh.hpp"
 #include "tests/support/error_of.hpp"
@@ -23,25 +24,10 @@ namespace nbd {
 namespace {
 
 using std::numbers::pi;
+using test::force_by;
+using test::load_up;
 using test::Model;
-
-WorldConfig static_config(const Eigen::Vector3d& gravity = {0, 0, -9.81}, double tolerance = 1e-6) {
-    return {.gravity = gravity, .statics = StaticConfig{.tolerance = tolerance}};
-}
-
-/// Increments up to the whole load. Returns the last report, or that of one that failed.
-WorldReport load_up(World& world, int increments) {
-    WorldReport report;
-    for (int k = 0; k < increments && report.failure.empty(); ++k) report = world.step(1.0 / increments);
-    return report;
-}
-
-/// What one side exerts on a body.
-Eigen::Vector3d force_by(const World& world, int body, ReactionBy by, int number = 0) {
-    for (const Reaction& one : world.reactions())
-        if (one.body == body && one.by == by && one.number == number) return one.force;
-    return Eigen::Vector3d::Zero();
-}
+using test::static_config;
 
 /// A beam of quadratic tetrahedra along x whose end at x = 0 a grip holds.
 struct Cantilever {
@@ -332,7 +318,7 @@ TEST(Statics, AnIncrementIsHalvedWhereItFindsNoBalance) {
     const Cantilever beam(1, 0.05, 20, 1e6);
     const auto after = [&](int linearisations, int parts) {
         WorldConfig config = static_config({0, 0, 0});
-        config.step.newton_iterations = linearisations;
+        config.statics->newton_iterations = linearisations;
         config.step.max_substeps = parts;
         World world(config);
         world.add_body(beam.body(4 * beam.bending()));
