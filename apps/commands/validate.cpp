@@ -94,6 +94,7 @@ class TemplateCheck {
         }
         add(found.problems, values, findings_.problems);
         add(found.warnings, values, findings_.warnings);
+        add(found.notes, values, findings_.notes);
         return start;
     }
 
@@ -133,7 +134,7 @@ void run(const std::vector<std::string>& scenes, Output& out) {
         count += problems.size();
         wrong += problems.empty() ? 0 : 1;
         if (problems.empty()) out.text(scene + ": valid");
-        for (const std::string& problem : problems) out.text(problem);
+        for (const std::string& problem : problems) out.quiet ? out.warning(problem) : out.text(problem);
         result.push_back({{"scene", scene}, {"problems", problems}});
     }
     out.result({{"scenes", result}});

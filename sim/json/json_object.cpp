@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -159,7 +160,11 @@ bool JsonObject::flag(const std::string& key, bool fallback) {
 std::string JsonObject::text(const std::string& key, const std::string& fallback) {
     const nlohmann::json* entry = find({.object = {}, .key = key, .type = "string", .fallback = fallback},
                                        &nlohmann::json::is_string, "a text");
-    return entry ? entry->get<std::string>() : fallback;
+    if (!entry) return fallback;
+    auto text = entry->get<std::string>();
+    if (std::ranges::none_of(text, [](unsigned char c) { return std::iscntrl(c) != 0; })) return text;
+    problem(key, "must not hold control characters");
+    return fallback;
 }
 
 std::vector<std::string> JsonObject::texts(const std::string& key, std::size_t count) {
@@ -208,8 +213,9 @@ Eigen::Vector3d JsonObject::vector(const std::string& key, const Eigen::Vector3d
     }
     const Eigen::Vector3d value((*entry)[0].get<double>(), (*entry)[1].get<double>(),
                                 (*entry)[2].get<double>());
-    if (value.allFinite()) return value;
-    problem(key, "must be finite");
+    constexpr double most = 1e30;
+    if (value.cwiseAbs().maxCoeff() <= most) return value;
+    problem(key, "must be between -1e30 and 1e30");
     return fallback;
 }
 

@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
 
 #include "sim/scene/read_parts.hpp"
 
@@ -28,6 +30,34 @@ void for_entries(const nlohmann::json& scene, const char* key, const Act& act) {
     if (list == scene.end() || !list->is_array()) return;
     for (std::size_t i = 0; i < list->size(); ++i)
         if ((*list)[i].is_object()) act((*list)[i], fmt::format("{}[{}]", key, i));
+}
+
+/// The time of an entry of a list of keys: [time, value], or an object with a "time"; none of others.
+std::optional<double> time_of_key(const nlohmann::json& entry, const std::string& key) {
+    const bool has_pairs = key == "factor" || key == "motor" || key == "length";
+    if (has_pairs && entry.is_array() && entry.size() == 2 && entry[0].is_number())
+        return entry[0].get<double>();
+    if (entry.is_object() && entry.contains("time") && entry["time"].is_number())
+        return entry["time"].get<double>();
+    return std::nullopt;
+}
+
+/// Makes a problem of each list of keys in a part of the scene that goes on after the whole load.
+void refuse_late_keys(const nlohmann::json& part, const std::string& path, JsonReading& reading) {
+    if (part.is_array()) {
+        for (std::size_t i = 0; i < part.size(); ++i)
+            refuse_late_keys(part[i], fmt::format("{}[{}]", path, i), reading);
+        return;
+    }
+    if (!part.is_object()) return;
+    for (const auto& [key, value] : part.items()) {
+        const std::string here = path.empty() ? key : path + "." + key;
+        if (value.is_array() && !value.empty())
+            if (const std::optional<double> last = time_of_key(value.back(), key); last && *last > 1)
+                reading.problems.push_back(fmt::format(
+                    "{}: goes on until {:.6g}, but a static scene ends at 1, its whole load", here, *last));
+        refuse_late_keys(value, here, reading);
+    }
 }
 
 }  // namespace
@@ -63,6 +93,7 @@ void refuse_motion(const nlohmann::json& scene, JsonReading& reading) {
             if (joint.contains(kind))
                 refuse(joint[kind], fmt::format("{}.{}", path, kind), {{"damping", undamped}}, reading);
     });
+    refuse_late_keys(scene, "", reading);
     if (scene.contains("solver"))
         refuse(scene["solver"], "solver",
                {{"integrator", "there are no steps in time"},

@@ -35,6 +35,11 @@ bool leads_somewhere(double dt, const Eigen::VectorXd& v) {
     return v.size() == 0 || (v.allFinite() && dt * v.cwiseAbs().maxCoeff() < farthest);
 }
 
+std::string out_of_balance(double error, double allowed) {
+    return fmt::format("impulses out of balance by {:.2g} of those on a body, allowed: {:.2g}", error,
+                       allowed);
+}
+
 /// Whether an obstacle turns or grows between two times, and bodies on it with it.
 bool turns(std::span<const Obstacle> obstacles, double begin, double end) {
     return std::ranges::any_of(obstacles, [&](const Obstacle& obstacle) {
@@ -189,7 +194,8 @@ World::Rejection World::solve(const StepPart& part, Eigen::VectorXd& v, WorldRep
     constexpr const char* too_large = "the velocities of the step are too large, or not finite";
     if (!leads_somewhere(dt, to)) return {.reason = too_large, .fatal = true};
     look(dt, v, to, given_ways.obstacles, report);
-    double share = 0, moved = 0, error = 0;
+    double share = 0, moved = 0;
+    std::string left_open;
     double allowed_strain = rigid_strain, allowed_turns = turns_share, allowed_of_gases = least_gas_error;
     double allowed = is_newton ? config_.step.newton_tolerance : contact_share;
     for (int k = 0;; ++k) {
@@ -204,8 +210,9 @@ World::Rejection World::solve(const StepPart& part, Eigen::VectorXd& v, WorldRep
                               stacked(&World::first_iterate, given), is_newton);
         });
         if (is_newton && k > 0 && given_ways.are_gone()) {
-            error = residual(v);
+            const double error = residual(v);
             if (error <= allowed) return {};
+            left_open = out_of_balance(error, allowed);
             if (!is_asked) allowed *= 2;
         }
         if (k == most || (k > 0 && share < least_progress)) break;
@@ -225,9 +232,20 @@ World::Rejection World::solve(const StepPart& part, Eigen::VectorXd& v, WorldRep
         if (trusted < 1) to = v + trusted * (to - v);
         share = propose(dt, v, to, given_ways.obstacles, report);
         if (share == 1 && trusted == 1 && !is_newton) {
-            error = timed(report.detect_us, [&] { return contact_error(dt, to, shapes); });
-            if (solved.settled && error <= allowed && strain_of_turns(dt, to) <= allowed_strain &&
-                share_of_turns(dt, v, to) <= allowed_turns && gas_error(to) <= allowed_of_gases) {
+            const double error = timed(report.detect_us, [&] { return contact_error(dt, to, shapes); });
+            left_open.clear();
+            if (error > allowed)
+                left_open = out_of_balance(error, allowed);
+            else if (!solved.settled)
+                left_open = "contacts that press and let go in turn";
+            else if (strain_of_turns(dt, to) > allowed_strain)
+                left_open = "a rigid body that turns too far";
+            else if (share_of_turns(dt, v, to) > allowed_turns)
+                left_open =
+                    "a body that turns too far in a step for how stiff it is; it may as well be rigid";
+            else if (gas_error(to) > allowed_of_gases)
+                left_open = "gases whose pressures do not fit their volumes";
+            if (left_open.empty()) {
                 v = to;
                 if (solved.converged) return {};
                 return {.reason = "the linear system was not solved to its tolerance",
@@ -246,16 +264,7 @@ World::Rejection World::solve(const StepPart& part, Eigen::VectorXd& v, WorldRep
     }
     if (!given_ways.are_gone()) return {.reason = given_ways.text(), .fatal = true};
     if (moved < least_progress) return {.reason = "the step finds no progress", .fatal = true};
-    if (error > allowed || is_newton)
-        return {
-            .reason = fmt::format("Newton's iteration ends with impulses out of balance by {:.2g} of those "
-                                  "on a body, allowed: {:.2g}",
-                                  error, allowed),
-            .trouble = StepTrouble::newton};
-    return {.reason =
-                "a body turns so far in a step that its linearisations come to no end: it is too stiff for "
-                "steps of this length, and may as well be rigid",
-            .trouble = StepTrouble::newton};
+    return {.reason = "Newton's iteration ends with " + left_open, .trouble = StepTrouble::newton};
 }
 
 /// What comes near in the motion from v to `to`.

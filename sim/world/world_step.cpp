@@ -36,6 +36,10 @@ std::string pose_failure(int body, const ElementReport& elements, int count, con
 WorldReport World::step(double dt) {
     if (!(dt > 0) || !std::isfinite(dt))
         throw std::invalid_argument(fmt::format("world: dt is {}, but must be > 0", dt));
+    constexpr double rounding = 1e-9;
+    if (config_.statics && time_ + dt > 1 + rounding)
+        throw std::invalid_argument(fmt::format(
+            "world: the increment would end at {:.6g} of the load, but 1 is the whole of it", time_ + dt));
     WorldReport report;
     timed(report.rest_us, [&] { take_step(dt, report); });
     return report;

@@ -72,7 +72,12 @@ TEST(StaticScene, RefusesKeysOfMotion) {
               "solver.tangent" + no_sense + "increments choose it");
     EXPECT_EQ(beside(R"("solver": {"newton_tolerance": 1e-3})"),
               "solver.newton_tolerance" + no_sense + "\"time.static.tolerance\" is its tolerance");
-    EXPECT_EQ(beside(R"("solver": {"newton_iterations": 50, "max_substeps": 2})"), "");
+    EXPECT_EQ(beside(R"("solver": {"newton_iterations": 5000, "max_substeps": 2})"), "");
+    EXPECT_EQ(beside(R"("gravity": [{"time": 0, "value": [0, 0, 0]}, {"time": 2, "value": [0, 0, -9]}])"),
+              "gravity: goes on until 2, but a static scene ends at 1, its whole load");
+    EXPECT_EQ(beside(R"("joints": [{"body": "a", "hinge": {"point": [0, 0, 0],
+                                                            "motor": [[0, 0], [1.5, 20]]}}])"),
+              "joints[0].hinge.motor: goes on until 1.5, but a static scene ends at 1, its whole load");
 }
 
 World built_from(const std::string& scene) {
