@@ -215,9 +215,22 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
             if (const Eigen::Index held = at(b).holding.rows(); held > 0)
                 at(b).holding.rowwise() -=
                     body_part(b, response.impulses).colwise().sum() / (factor * static_cast<double>(held));
+        std::vector<char> fits(bodies_.size(), 1);
         for (int b = 0; b < body_count(); ++b)
-            if (!is_joined(b) || is_fit(factor * response.motions[b], b))
-                add_motion(*at(b).elastic, factor * response.motions[b], at(b).state);
+            fits[b] = !is_joined(b) || is_fit(factor * response.motions[b], b);
+        const std::vector<PairImpulse> touching = solver_.pair_impulses(v, more, middles);
+        for (bool goes_on = true; goes_on;) {  // what bodies give to one another they all get, or none
+            goes_on = false;
+            const auto agree = [&](int a, int b) {
+                if (a < 0 || b < 0 || fits[a] == fits[b]) return;
+                fits[a] = fits[b] = 0;
+                goes_on = true;
+            };
+            for (const JointBonds& joint : joints_) agree(joint.joint().a, joint.joint().b);
+            for (const PairImpulse& pair : touching) agree(pair.body, pair.other);
+        }
+        for (int b = 0; b < body_count(); ++b)
+            if (fits[b]) add_motion(*at(b).elastic, factor * response.motions[b], at(b).state);
     } else {
         // What did not balance the motion is no force of the body.
         for (Body& body : bodies_) body.inner_forces.resize(0, 3);

@@ -192,6 +192,30 @@ INSTANTIATE_TEST_SUITE_P(, Collision,
                          ::testing::Combine(::testing::Values(5e-4, 5e-3), ::testing::Values(0.0, 0.5)));
 
 /// A block that hangs on its upper face.
+/// Sound crosses these bodies up to 7,000 times in a step: they turn as rigid ones do.
+TEST(FreeMotion, AStiffBodyTurnsWithoutStrain) {
+    for (const auto& [size, dt, young] :
+         {std::tuple(0.1, 0.05, 1e9), std::tuple(0.1, 0.05, 2e11), std::tuple(0.01, 5e-3, 2e11),
+          std::tuple(10.0, 0.02, 2e11), std::tuple(0.01, 0.02, 1e9)}) {
+        const Model cube({size, size, size}, {2, 2, 2}, {.young = young, .rayleigh_mass = 0});
+        World world({.gravity = {0, 0, 0}});
+        WorldBody body = cube.at({0, 0, 0});
+        const Eigen::RowVector3d spin(1, 2, 3);
+        body.state.v = -body.state.x.rowwise().cross(spin);
+        world.add_body(body);
+        const double begin = kinetic_energy(*cube.elastic, world.state(0).v);
+        for (int s = 0; s < 40; ++s) {
+            const WorldReport report = world.step(dt);
+            ASSERT_EQ(report.failure, "") << size << ' ' << dt << ' ' << young;
+            EXPECT_NEAR(report.kinetic_energy / begin, 1, 0.02)
+                << size << ' ' << dt << ' ' << young << ' ' << s;
+            if (s > 2) {
+                EXPECT_LT(report.elastic_energy, 2 * begin) << size << ' ' << dt << ' ' << young;
+            }
+        }
+    }
+}
+
 TEST(FreeMotion, APinnedBlockSagsAsFarInOneLinearisationAsByNewton) {
     for (const double dt : {1e-4, 1e-2}) {
         const Model block({0.2, 0.2, 0.2}, {2, 2, 2});
