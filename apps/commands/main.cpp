@@ -129,4 +129,5 @@ nbd::Program describe() {
 
 }  // namespace
 
-int main(int argc, char** argv) { return nbd::run_program(describe, argc, argv); }
+// Visible, so that the program may be a library, too (apps/archive).
+[[gnu::visibility("default")]] int main(int argc, char** argv) { return nbd::run_program(describe, argc, argv); }
