@@ -49,7 +49,7 @@ NAVIGATION = {
                  "Speed of queries": DOCS + "speed.md", "Speed of steps": DOCS + "steps.md", "Physics": DOCS + "physics.md",
                  "Contact": DOCS + "contact.md", "Tests": DOCS + "checks.md", "Attacks": "tests/RELIABILITY.md",
                  "What did not pay": DOCS + "what_did_not_pay.md", "Shells and rods": DOCS + "shells_and_rods.md",
-                 "Sources": DOCS + "sources.md",
+                 "Beside others": DOCS + "others.md", "Sources": DOCS + "sources.md",
                  "Results": "apps/results/README.md"},
     "Project": {"Architecture": DOCS + "architecture.md", "Contributing": "CONTRIBUTING.md", "Change log": "CHANGELOG.md",
                 "Collision": "collision/README.md", "Meshing": "meshing/README.md", "Simulator": "sim/README.md",
