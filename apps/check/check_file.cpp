@@ -133,6 +133,7 @@ void refuse_body(const std::filesystem::path& path, const std::string& hash, con
 std::string check_recording_file(const std::filesystem::path& path, const CheckedBody* body) {
     const RecordingReader recording(path);
     check_recording(recording, body);
+    recording.reactions();
     std::string checked = fmt::format("{} of {}", counted_trajectories(recording.trajectories().size()),
                                       counted(recording.frames(), "frame"));
     if (h5::Reader(path).format().version < view_format.version) return "recording: " + checked;

@@ -39,6 +39,14 @@ RemappedFrames remap_recording(const std::filesystem::path& path, const Body& fr
         result.frames += info.frames;
         tell_progress("trajectories", i + 1, result.trajectories);
     }
+    if (recording.has_reactions()) {
+        std::vector<RecordedReaction> rows = recording.reactions();
+        std::erase_if(rows, [&](const RecordedReaction& row) {
+            return std::ranges::none_of(infos.begin(), infos.begin() + result.trajectories,
+                                        [&](const TrajectoryInfo& info) { return info.id == row.body; });
+        });
+        writer.add_reactions(rows);
+    }
     writer.finish();
     return result;
 }

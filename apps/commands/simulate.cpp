@@ -84,7 +84,7 @@ std::string columns() {
     for (const AuditNumber& number : audit_numbers) text += fmt::format("\n  {}", number.name);
     return text +
            fmt::format("\nColumns of --reactions, means over the step in N and N m about the origin:\n  {}",
-                       ReactionTable::columns);
+                       ReactionTable::columns());
 }
 
 void run(const SimulateOptions& options, Output& out) { RunLoop(options, out).run(); }
@@ -98,6 +98,8 @@ void add_simulate(CLI::App& app, Output& out) {
     command.add_option("SCENE", options.scene, "Scene file, JSON")->required();
     add_scene_options(command, options);
     add_outputs(command, options.output);
+    command.add_flag("--arrows", options.arrows,
+                     "Show what holds and presses bodies as arrows in the picture");
     add_live_options(command, options);
     add_extras_options(command, options.extras);
     command.add_flag("--allow-outside", options.allow_outside,

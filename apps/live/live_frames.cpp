@@ -17,6 +17,7 @@ constexpr std::array state_names{"running", "done", "stopped", "failed"};  // of
 /// Drops the frames of a scene, and keeps its bodies and obstacles.
 void clear_frames(ViewScene& scene) {
     scene.pairs.clear();
+    scene.reactions.clear();
     for (ViewBody& body : scene.bodies) {
         for (NodeScalar& scalar : body.scalars) scalar.values.clear();
         body.bounds->values.clear();

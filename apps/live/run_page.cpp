@@ -202,16 +202,23 @@ void RunPage::begin(const SceneSpec& spec, std::span<const LoadedBody> bodies,
     scene.displacement_from = "the start";
     scene.up = up_of(spec);
     scene.recorded_frames = spec.time.frames + 1;
+    scene.has_reactions = true;
+    origin_ = world->origin();
     const double seconds = spec.time.dt * spec.time.frames * spec.time.steps_per_frame;
     server_->frames.emplace(std::move(sources), std::move(scene),
                             LivePage{run_name(), static_cast<int>(shown_.size()), seconds});
 }
 
-void RunPage::add(int number, const WorldSnapshot& frame, const std::vector<Nodes>& contact_forces) {
+void RunPage::add(int number, const WorldSnapshot& frame, const std::vector<Nodes>& contact_forces,
+                  std::span<const Reaction> reactions) {
     if (!std::ranges::binary_search(shown_, number)) return;
     LiveFrame live{.number = number, .time = frame.time};
     for (const BodyState& state : frame.bodies) live.shown.nodes.push_back(state.x.cast<float>());
     for (const Nodes& forces : contact_forces) live.shown.contact_forces.push_back(forces.cast<float>());
+    for (const Reaction& one : reactions)
+        if (one.by != ReactionBy::cavity)
+            live.shown.reactions.push_back(
+                view_reaction(one.body, one.force, one.torque, one.point, origin_));
     server_->frames->add(std::move(live));
     if (!server_->thread.joinable()) server_->serve();
 }

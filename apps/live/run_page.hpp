@@ -33,8 +33,10 @@ class RunPage {
     std::string url() const;  // "http://127.0.0.1:8000/"
 
     /// Call it for each frame, in order; the page shows some of them. With the first one the server begins to
-    /// answer, from threads of its own. contact_forces: [bodies] at the nodes, N.
-    void add(int number, const WorldSnapshot& frame, const std::vector<Nodes>& contact_forces);
+    /// answer, from threads of its own. contact_forces: [bodies] at the nodes, N. reactions: of the frame's
+    /// last step.
+    void add(int number, const WorldSnapshot& frame, const std::vector<Nodes>& contact_forces,
+             std::span<const Reaction> reactions);
 
     /// Says how the run has ended, and waits until pages that are open have got the rest, for thirty seconds
     /// at most. message: why it failed.
@@ -46,7 +48,8 @@ class RunPage {
  private:
     struct Server;
     std::unique_ptr<Server> server_;
-    std::vector<int> shown_;  // numbers of frames, ascending
+    std::vector<int> shown_;                            // numbers of frames, ascending
+    Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();  // of the world
 };
 
 }  // namespace nbd

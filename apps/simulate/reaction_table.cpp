@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <type_traits>
+
 #include "sim/scene/reaction_name.hpp"
 
 namespace nbd {
@@ -15,20 +17,63 @@ std::string csv_cell(const std::string& text) {
     return quoted + '"';
 }
 
+/// The cells of a column in a row.
+std::string csv_cells(const ReactionColumn& column, const RecordedReaction& row, const SceneSpec& spec) {
+    const bool is_there = column.is_in(row);
+    return std::visit(
+        [&]<class T>(ReactionColumn::Member<T> member) -> std::string {
+            const T& value = row.*member;
+            if constexpr (std::is_same_v<T, Eigen::Vector3d>)
+                return is_there ? fmt::format("{:.9g},{:.9g},{:.9g}", value[0], value[1], value[2]) : ",,";
+            else if constexpr (std::is_same_v<T, double>)
+                return is_there ? fmt::format("{:.9g}", value) : "";
+            else if constexpr (std::is_same_v<T, std::string>)
+                return csv_cell(value);
+            else
+                return member == &RecordedReaction::body ? csv_cell(unique_name(spec, value))
+                                                         : fmt::format("{}", value);
+        },
+        column.value);
+}
+
 }  // namespace
 
-void ReactionTable::add(const std::vector<StepReactions>& steps) {
+std::vector<RecordedReaction> recorded(const SceneSpec& spec, std::span<const StepReactions> steps) {
+    std::vector<RecordedReaction> rows;
     for (const StepReactions& step : steps)
-        for (const Reaction& one : step.all) {
-            std::string line = fmt::format("{},{:.9g},{},{},{}", step.frame, step.time,
-                                           csv_cell(unique_name(spec_, one.body)), name(one.by),
-                                           csv_cell(reaction_name(spec_, one)));
-            for (const Eigen::Vector3d& vector : {one.force, one.torque})
-                for (const double number : vector) line += fmt::format(",{:.9g}", number);
-            line +=
-                one.by == ReactionBy::cavity ? fmt::format(",{:.9g},{:.9g}", one.pressure, one.volume) : ",,";
-            file_.out() << line << '\n';
+        for (const Reaction& one : step.all)
+            rows.push_back({.frame = step.frame,
+                            .time = step.time,
+                            .body = one.body,
+                            .kind = name(one.by),
+                            .by = reaction_name(spec, one),
+                            .force = one.force,
+                            .torque = one.torque,
+                            .pressure = one.pressure,
+                            .volume = one.volume,
+                            .point = one.point});
+    return rows;
+}
+
+std::string ReactionTable::columns() {
+    std::string names;
+    for (const ReactionColumn& column : reaction_columns) {
+        const bool is_vector = std::holds_alternative<ReactionColumn::Member<Eigen::Vector3d>>(column.value);
+        for (const char* part : {"_x", "_y", "_z"}) {
+            names += fmt::format("{}{}{}", names.empty() ? "" : ",", column.name, is_vector ? part : "");
+            if (!is_vector) break;
         }
+    }
+    return names;
+}
+
+void ReactionTable::add(std::span<const RecordedReaction> rows) {
+    for (const RecordedReaction& row : rows) {
+        std::string line;
+        for (const ReactionColumn& column : reaction_columns)
+            line += (line.empty() ? "" : ",") + csv_cells(column, row, spec_);
+        file_.out() << line << '\n';
+    }
 }
 
 }  // namespace nbd

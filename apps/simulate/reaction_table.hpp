@@ -1,11 +1,13 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "meshing/h5/atomic_file.hpp"
 #include "sim/scene/scene.hpp"
+#include "training/files/recorded_reactions.hpp"
 
 namespace nbd {
 
@@ -16,21 +18,23 @@ struct StepReactions {
     std::vector<Reaction> all;
 };
 
-/// Writes reactions as CSV, a line for each of every step: frame, time, the body that it acts on, kind and
-/// name of what exerts it, force (N) and torque (N m) about the origin; of a cavity, its pressure (Pa) above
-/// the ambient one and its volume (m3) at the end of the step, else nothing. What does not touch has no line.
-/// The file appears at finish().
+/// The reactions of steps, with the names of the scene. Bodies are numbers of the scene.
+std::vector<RecordedReaction> recorded(const SceneSpec& spec, std::span<const StepReactions> steps);
+
+/// Writes reactions as CSV, a line for each of every step, with the columns of reaction_columns: vectors take
+/// three, a body is told by name, and what a reaction does not have is an empty cell. What does not touch has
+/// no line. The file appears at finish().
 class ReactionTable {
  public:
-    /// spec: gives the names; must outlive this object. Throws std::runtime_error if the file cannot be
-    /// created.
+    /// spec: gives the bodies' names; must outlive this object. Throws std::runtime_error if the file cannot
+    /// be created.
     ReactionTable(const std::filesystem::path& path, const SceneSpec& spec) : spec_(spec), file_(path) {
-        file_.out() << columns << '\n';
+        file_.out() << columns() << '\n';
     }
-    static constexpr const char* columns =
-        "frame,time,body,kind,by,force_x,force_y,force_z,torque_x,torque_y,torque_z,pressure,volume";
+    /// Their names, with commas between them.
+    static std::string columns();
 
-    void add(const std::vector<StepReactions>& steps);
+    void add(std::span<const RecordedReaction> rows);
     /// Throws std::runtime_error if a line could not be written.
     void finish() { file_.commit(); }
 

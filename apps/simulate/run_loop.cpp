@@ -45,6 +45,8 @@ RunLoop::RunLoop(SimulateOptions options, Output& out) : options_(std::move(opti
     inputs_.push_back(options_.scene);
     paths_ = output_paths(options_.output, spec_.output, options_.scene, options_.allow_outside);
     check_outputs(paths_, inputs_);
+    if (options_.arrows && paths_.picture.empty())
+        throw std::invalid_argument("--arrows: there is no picture to draw them in; allowed: with --picture");
 }
 
 void RunLoop::override_scene() {
@@ -124,13 +126,14 @@ void RunLoop::begin(const std::vector<std::string>& body_hashes) {
     outputs_.emplace(paths_, spec_, *world_, body_hashes,
                      RecordingExtras{.scene_file = options_.scene,
                                      .options = run_options_text(overridden_),
-                                     .of_frames = options_.extras});
+                                     .of_frames = options_.extras,
+                                     .arrows = options_.arrows});
     bool continues = false;
     while (const auto record = journal_->next()) {
         continues = true;
         frame_ = frame_from(*record);
         outputs_->add_frame(frame_);
-        if (page_) page_->add(frame_.number, frame_.world, frame_.contact_forces);
+        if (page_) page_->add(frame_.number, frame_.world, frame_.contact_forces, last_reactions(frame_));
     }
     if (continues) {
         world_->restore(frame_.world);
@@ -183,7 +186,7 @@ void RunLoop::keep(int number, std::vector<StepRow> steps, std::vector<StepReact
     frame_ = take_frame(number, *world_, std::move(steps), std::move(reactions));
     journal_->append(to_bytes(frame_));
     outputs_->add_frame(frame_);
-    if (page_) page_->add(frame_.number, frame_.world, frame_.contact_forces);
+    if (page_) page_->add(frame_.number, frame_.world, frame_.contact_forces, last_reactions(frame_));
     ++frames_made_;
 }
 

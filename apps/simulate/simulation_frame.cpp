@@ -41,6 +41,7 @@ class RecordWriter {
         (*this)(reaction.number);
         (*this)(reaction.force);
         (*this)(reaction.torque);
+        (*this)(reaction.point);
         (*this)(reaction.pressure);
         (*this)(reaction.volume);
     }
@@ -99,6 +100,7 @@ class RecordReader {
         (*this)(reaction.number);
         (*this)(reaction.force);
         (*this)(reaction.torque);
+        (*this)(reaction.point);
         (*this)(reaction.pressure);
         (*this)(reaction.volume);
     }

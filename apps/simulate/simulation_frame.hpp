@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,6 +20,12 @@ struct SimulationFrame {
     std::vector<StepRow> steps;            // since the previous frame
     std::vector<StepReactions> reactions;  // of these steps
 };
+
+/// Those of the last step; none at the start.
+inline std::span<const Reaction> last_reactions(const SimulationFrame& frame) {
+    if (frame.reactions.empty()) return {};
+    return frame.reactions.back().all;
+}
 
 /// Captures the current world. steps, reactions: since the previous frame.
 SimulationFrame take_frame(int number, const World& world, std::vector<StepRow> steps,

@@ -11,6 +11,7 @@
 
 #include "apps/cli/output_paths.hpp"
 #include "apps/simulate/run_files.hpp"
+#include "apps/view/make_view.hpp"
 #include "collision/base/notice.hpp"
 #include "collision/base/temporary_files.hpp"
 #include "collision/geometry/far_origin.hpp"
@@ -64,9 +65,11 @@ SimulationOutputs::SimulationOutputs(const SceneOutput& paths, const SceneSpec& 
                                      const std::vector<std::string>& body_hashes,
                                      const RecordingExtras& extras)
     : paths_(paths),
+      spec_(spec),
       world_(world),
       recording_(paths.recording, world.origin()),
       extras_(extras.of_frames),
+      arrows_(extras.arrows),
       film_(spec, world.obstacles(), 6),
       table_(paths.csv.empty() ? StepTable() : StepTable(paths.csv)) {
     if (!paths.reactions.empty()) reactions_.emplace(paths.reactions, spec);
@@ -101,7 +104,9 @@ SimulationOutputs::SimulationOutputs(const SceneOutput& paths, const SceneSpec& 
 void SimulationOutputs::add_steps(const std::vector<StepRow>& steps,
                                   const std::vector<StepReactions>& reactions) {
     table_.add(steps);
-    if (reactions_) reactions_->add(reactions);
+    const std::vector<RecordedReaction> rows = recorded(spec_, reactions);
+    recording_.add_reactions(rows);
+    if (reactions_) reactions_->add(rows);
 }
 
 void SimulationOutputs::add_frame(const SimulationFrame& frame) {
@@ -166,8 +171,12 @@ void SimulationOutputs::add_surfaces(const SimulationFrame& frame) {
             write_surface(paths_.obj / fmt::format("{}_{:06}.obj", names_[b], frame.number),
                           surfaces.back().X.rowwise() + world_.origin().transpose(), surfaces.back().F);
     }
-    if (!paths_.picture.empty() && film_.wants(frame.number))
-        film_.add_frame(frame.world.time, std::move(surfaces));
+    if (paths_.picture.empty() || !film_.wants(frame.number)) return;
+    std::vector<ViewReaction> reactions;
+    for (const Reaction& one : last_reactions(frame))
+        if (arrows_ && one.by != ReactionBy::cavity)
+            reactions.push_back(view_reaction(one.body, one.force, one.torque, one.point, world_.origin()));
+    film_.add_frame(frame.world.time, std::move(surfaces), std::move(reactions));
 }
 
 void SimulationOutputs::finish(const std::string& failure) {

@@ -119,6 +119,7 @@ ShownRecording open_scene(const SourceArgument& argument, const Output& out) {
     scene.recorded_frames = std::ranges::min(recording->trajectories(), {}, &TrajectoryInfo::frames).frames;
     shown.sources = sources_of_scene(spec, bodies, std::make_shared<const World>(build_world(spec, bodies)));
     for (std::size_t b = 0; b < bodies.size(); ++b) recording->read(b, 0, 1, shown.sources.bodies[b].start);
+    scene.has_reactions = recording->has_reactions();
     show_frames(recording, 0, even_frames(scene.recorded_frames, argument.frames), shown);
     return shown;
 }
@@ -232,12 +233,33 @@ ShownRecording open_recording(const SourceArgument& argument, const Output& out)
     return open_scene(argument, out);
 }
 
+namespace {
+
+/// What acts on the bodies in the last step of each frame that is shown, from the recording of a scene.
+std::vector<std::vector<ViewReaction>> shown_reactions(const ShownRecording& shown) {
+    const std::vector<RecordedReaction> rows = shown.recording->reactions();
+    std::vector<std::vector<ViewReaction>> frames;
+    for (const int number : shown.scene.numbers) {
+        std::vector<ViewReaction>& frame = frames.emplace_back();
+        const auto of_frame = std::ranges::equal_range(rows, number, {}, &RecordedReaction::frame);
+        for (const RecordedReaction& row : of_frame)
+            if (row.time == of_frame.back().time && !row.is_of_cavity())
+                frame.push_back(view_reaction(row.body - shown.first, row.force, row.torque, row.point,
+                                              shown.recording->origin()));
+    }
+    return frames;
+}
+
+}  // namespace
+
 ViewScene view_of_recording(ShownRecording shown) {
     ViewScene& scene = shown.scene;
     const int bodies = shown.sources.bodies.size(), frames = scene.frames();
     ShownFrame frame{std::vector<Vertices>(bodies), std::vector<Vertices>(bodies)};
     ViewMaker maker(shown.sources);
     maker.begin(scene);
+    std::vector<std::vector<ViewReaction>> reactions;
+    if (scene.has_reactions) reactions = shown_reactions(shown);
     for (int f = 0; f < frames; ++f) {
         for (int b = 0; b < bodies; ++b) {
             shown.read_nodes(b, f, frame.nodes[b]);
@@ -245,6 +267,7 @@ ViewScene view_of_recording(ShownRecording shown) {
                 shown.recording->read_field(shown.first + b, FrameField::contact_forces, scene.numbers[f], 1,
                                             frame.contact_forces[b]);
         }
+        if (scene.has_reactions) frame.reactions = std::move(reactions[f]);
         maker.add_frame(f, frame, scene);
         tell_progress("frames", f + 1, frames);
     }

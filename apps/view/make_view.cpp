@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -33,6 +34,14 @@ void add_node_stress(const ElasticBody& body, NodesRef x, std::vector<float>& st
 }
 
 }  // namespace
+
+ViewReaction view_reaction(int body, const Eigen::Vector3d& force, const Eigen::Vector3d& torque,
+                           const Eigen::Vector3d& point, const Eigen::Vector3d& origin) {
+    return {.body = body,
+            .point = (point - origin).cast<float>(),
+            .force = force.cast<float>(),
+            .torque = (torque - point.cross(force)).cast<float>()};
+}
 
 std::string from_origin(const Eigen::Vector3d& origin) {
     if (origin.isZero(0)) return {};
@@ -120,6 +129,7 @@ void ViewMaker::add_frame(std::size_t number, const ShownFrame& frame, ViewScene
     }
     for (auto& [obstacle, places] : scene.obstacles)
         if (!obstacle.motion.stays()) places.push_back(obstacle.motion.at(time));
+    if (scene.has_reactions) scene.reactions.push_back(frame.reactions);
     scene.pairs.push_back(contacts_->add_frame(posed_, time, scene.bodies));
 }
 

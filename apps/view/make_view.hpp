@@ -28,6 +28,7 @@ struct ViewSource {
 struct ShownFrame {
     std::vector<Vertices> nodes{};           // [bodies], [N, 3] metres
     std::vector<Vertices> contact_forces{};  // [bodies], [N, 3] newtons; empty for a body without them
+    std::vector<ViewReaction> reactions{};   // if the scene has them
 };
 
 /// What a page shows, without the frames.
@@ -42,6 +43,10 @@ struct ViewSources {
 /// be drawn and audited. bodies: as loaded from its files. world: built of them; the sources refer to it.
 ViewSources sources_of_scene(const SceneSpec& spec, std::span<const LoadedBody> bodies,
                              std::shared_ptr<const World> world);
+
+/// torque, point: as a reaction has them, see Reaction. origin: that positions of the page are counted from.
+ViewReaction view_reaction(int body, const Eigen::Vector3d& force, const Eigen::Vector3d& torque,
+                           const Eigen::Vector3d& point, const Eigen::Vector3d& origin);
 
 /// For titles: ", from (x, y, z) m", or nothing for zero.
 std::string from_origin(const Eigen::Vector3d& origin);

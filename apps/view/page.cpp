@@ -190,6 +190,22 @@ Json scalars_json(const ViewScene& scene) {
     return json;
 }
 
+/// Reactions as arrows need them: nine numbers each, of the point, the force and the torque.
+Json reactions_json(const ViewScene& scene, PageData& data) {
+    if (!scene.has_reactions) return nullptr;
+    std::vector<std::uint32_t> counts, bodies;
+    std::vector<float> numbers;
+    for (const std::vector<ViewReaction>& frame : scene.reactions) {
+        counts.push_back(static_cast<std::uint32_t>(frame.size()));
+        for (const ViewReaction& one : frame) {
+            bodies.push_back(one.body);
+            for (const Eigen::Vector3f& vector : {one.point, one.force, one.torque})
+                numbers.insert(numbers.end(), vector.begin(), vector.end());
+        }
+    }
+    return {{"counts", data.add(counts)}, {"bodies", data.add(bodies)}, {"numbers", data.add(pack(numbers))}};
+}
+
 Json pairs_json(const std::vector<PairCounts>& pairs) {
     const auto list = [&](std::uint32_t PairCounts::*count) {
         Json numbers = Json::array();
@@ -214,6 +230,7 @@ Json facts_json(const ViewScene& scene, PageData& data) {
               {"audited", scene.is_audited},
               {"scalars", scalars_json(scene)},
               {"pairs", pairs_json(scene.pairs)},
+              {"reactions", reactions_json(scene, data)},
               {"bodies", Json::array()},
               {"obstacles", Json::array()}};
     for (const ViewBody& body : scene.bodies) {
@@ -266,9 +283,13 @@ void write_page(std::ostream& out, const ViewScene& scene, const std::optional<L
 
 std::string frames_text(const ViewScene& scene) {
     PageData data(false);
-    Json json{{"times", scene.times},           {"numbers", scene.numbers},
-              {"scalars", scalars_json(scene)}, {"pairs", pairs_json(scene.pairs)},
-              {"bodies", Json::array()},        {"places", Json::array()}};
+    Json json{{"times", scene.times},
+              {"numbers", scene.numbers},
+              {"scalars", scalars_json(scene)},
+              {"pairs", pairs_json(scene.pairs)},
+              {"reactions", reactions_json(scene, data)},
+              {"bodies", Json::array()},
+              {"places", Json::array()}};
     for (const ViewBody& body : scene.bodies) {
         json["bodies"].emplace_back();
         add_frames(body, scene.frames(), data, json["bodies"].back());

@@ -53,6 +53,12 @@ struct ViewObstacle {
     std::vector<Placing> places{};  // [frames]; empty: it is there in all frames
 };
 
+/// A force on a body in a frame, and a torque about the point at which it acts.
+struct ViewReaction {
+    int body = 0;
+    Eigen::Vector3f point, force, torque;  // metres, N, N m
+};
+
 /// Numbers of face pairs in a frame.
 struct PairCounts {
     std::uint32_t intersecting = 0, near = 0, intersecting_missed = 0, near_missed = 0;
@@ -68,9 +74,11 @@ struct ViewScene {
     int recorded_frames = 0;        // in the recording
     std::vector<ViewBody> bodies;
     std::vector<ViewObstacle> obstacles;
-    double contact_distance = 0;    // metres, of `near`
-    std::vector<PairCounts> pairs;  // [frames]; empty: contacts were not sought
-    bool is_audited = false;        // whether `missed` was sought
+    double contact_distance = 0;                         // metres, of `near`
+    std::vector<PairCounts> pairs;                       // [frames]; empty: contacts were not sought
+    bool is_audited = false;                             // whether `missed` was sought
+    bool has_reactions = false;                          // whether they are known
+    std::vector<std::vector<ViewReaction>> reactions{};  // [frames] in the last step of each, if they are
 
     std::size_t frames() const noexcept { return times.size(); }
 };

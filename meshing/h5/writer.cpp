@@ -211,7 +211,8 @@ void Writer::number_attribute(const std::string& object, const std::string& name
     impl_->add_attribute(object, name, file_type(type), memory_type(type), value);
 }
 
-int Writer::begin_growing(const std::string& name, Type type, const Shape& row, std::size_t rows_per_chunk) {
+int Writer::begin_growing(const std::string& name, Type type, const Shape& row, std::size_t rows_per_chunk,
+                          Packing packing) {
     const LibraryLock lock;
     Shape chunk = row;
     chunk.insert(chunk.begin(), rows_per_chunk);
@@ -219,7 +220,7 @@ int Writer::begin_growing(const std::string& name, Type type, const Shape& row, 
     size[0] = 0;
     limit[0] = H5S_UNLIMITED;
     const Handle space(H5Screate_simple(size.size(), size.data(), limit.data()));
-    const Handle creation = chunked(chunk, Packing::plain), access(H5Pcreate(H5P_DATASET_ACCESS));
+    const Handle creation = chunked(chunk, packing), access(H5Pcreate(H5P_DATASET_ACCESS));
     // The cache must hold the chunk being filled; otherwise each row goes to disk and back.
     H5Pset_chunk_cache(access.get(), 11, element_count(chunk) * size_of(type), 1.0);
     Handle dataset = impl_->make_dataset(name, file_type(type), space.get(), creation.get(), access.get());

@@ -85,7 +85,8 @@ class Writer {
 
     /// Starts a dataset [0, row...] that grows by append() and holds at most one chunk in memory. Returns a
     /// handle.
-    int begin_growing(const std::string& name, Type type, const Shape& row, std::size_t rows_per_chunk);
+    int begin_growing(const std::string& name, Type type, const Shape& row, std::size_t rows_per_chunk,
+                      Packing packing = Packing::plain);
     /// values: complete rows.
     template <Number T>
     void append(int handle, std::span<const T> values) {

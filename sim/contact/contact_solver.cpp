@@ -156,7 +156,9 @@ std::vector<PairImpulse> ContactSolver::pair_impulses(const Eigen::VectorXd& v,
         if (!is_on_a) impulse *= -1;
         PairImpulse& sum = sums[is_on_a ? std::pair(a, b) : std::pair(b, a)];
         sum.linear += impulse;
-        sum.angular += terms_.acts_at(c, at).cross(impulse);
+        const Eigen::Vector3d place = terms_.acts_at(c, at);
+        sum.angular += place.cross(impulse);
+        sum.place.add(place, impulse.norm());
     }
     std::vector<PairImpulse> all;
     for (auto& [pair, sum] : sums) {

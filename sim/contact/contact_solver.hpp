@@ -13,6 +13,7 @@
 #include "sim/contact/contact_force.hpp"
 #include "sim/contact/contact_terms.hpp"
 #include "sim/contact/friction_memory.hpp"
+#include "sim/contact/mean_place.hpp"
 #include "sim/fem/step_system.hpp"
 #include "sim/patches/contact_shape.hpp"
 #include "sim/solvers/coupled_solver.hpp"
@@ -24,6 +25,7 @@ struct PairImpulse {
     int body = 0, other = 0;  // what is pushed, the body with the smaller number, and by what, see PairRules
     Eigen::Vector3d linear = Eigen::Vector3d::Zero();   // N s
     Eigen::Vector3d angular = Eigen::Vector3d::Zero();  // about the origin, N m s
+    MeanPlace place{};                                  // where they act
 };
 
 struct ContactSolveReport {

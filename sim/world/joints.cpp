@@ -147,11 +147,13 @@ void World::add_joint_reactions(const StepPart& part, const Eigen::VectorXd& v,
                                 const BodyPositions& ends) {
     const double rate = part.share / part.dt;
     std::vector<JointLoad> sums(joints_.size());  // impulses, about the origin
+    std::vector<MeanPlace> places(joints_.size());
     for (std::size_t k = 0; k < bonds_.size(); ++k) {
         const Eigen::Vector3d impulse = solver_.bond_impulse(k, v, more) / step_.velocity_factor,
                               place = solver_.bond_place(k, middles, ends);
         JointLoad& sum = sums[bonds_[k].joint];
         const Momentum on_a{impulse, place.cross(impulse)};
+        places[bonds_[k].joint].add(place, rate * impulse.norm());
         add(sum.on_a, on_a);
         add(sum.on_b, on_a, -1);
     }
@@ -163,7 +165,7 @@ void World::add_joint_reactions(const StepPart& part, const Eigen::VectorXd& v,
             if (body < 0) return;
             add(sum, {before.linear, before.angular + middles.centres[body].cross(before.linear)});
             reactions_.add(body, ReactionBy::joint, static_cast<int>(j), rate * sum.linear,
-                           rate * sum.angular);
+                           rate * sum.angular, places[j]);
         };
         tell(joint.a, sums[j].on_a, earlier.on_a);
         tell(joint.b, sums[j].on_b, earlier.on_b);

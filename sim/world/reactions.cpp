@@ -8,18 +8,22 @@
 namespace nbd {
 
 void ReactionSums::add(int body, ReactionBy by, int number, const Eigen::Vector3d& force,
-                       const Eigen::Vector3d& torque) {
-    Reaction& sum = sums_[{body, static_cast<int>(by), number}];
+                       const Eigen::Vector3d& torque, const MeanPlace& place) {
+    auto& [sum, places] = sums_[{body, static_cast<int>(by), number}];
     sum.body = body;
     sum.by = by;
     sum.number = number;
     sum.force += force;
     sum.torque += torque;
+    places.add(place, 1);
 }
 
 std::vector<Reaction> ReactionSums::all() const {
     std::vector<Reaction> reactions;
-    for (const auto& [key, reaction] : sums_) reactions.push_back(reaction);
+    for (const auto& [key, sum] : sums_) {
+        reactions.push_back(sum.reaction);
+        reactions.back().point = sum.place.mean();
+    }
     return reactions;
 }
 
@@ -51,8 +55,10 @@ void World::add_holding_reactions(const StepPart& part, int index, const Nodes& 
     for (std::size_t k = 0; k < body.before->held.size(); ++k) {
         const int node = body.before->held[k], grip = grip_of[node];
         const Eigen::Vector3d force = rate * body.holding.row(k), arm = x.row(node);
+        MeanPlace place;
+        place.add(arm, force.norm());
         reactions_.add(index, grip < 0 ? ReactionBy::driven : ReactionBy::grip, std::max(grip, 0), force,
-                       arm.cross(force));
+                       arm.cross(force), place);
     }
 }
 
@@ -60,16 +66,21 @@ void World::add_holding_reactions(const StepPart& part, int index, const Nodes& 
 void World::add_contact_reactions(const StepPart& part, std::span<const PairImpulse> pairs) {
     const double rate = part.share / (step_.velocity_factor * part.dt);
     for (const PairImpulse& pair : pairs) {
+        MeanPlace place;
+        place.add(pair.place, rate);
         const bool by_obstacle = pair.other < 0;
         reactions_.add(pair.body, by_obstacle ? ReactionBy::obstacle : ReactionBy::body,
                        by_obstacle ? party_of_obstacle(pair.other) : pair.other, rate * pair.linear,
-                       rate * pair.angular);
+                       rate * pair.angular, place);
     }
 }
 
 std::vector<Reaction> World::reactions() const {
     std::vector<Reaction> all = reactions_.all();
-    for (Reaction& one : all) one.torque += config_.origin.cross(one.force);
+    for (Reaction& one : all) {
+        one.torque += config_.origin.cross(one.force);
+        if (one.by != ReactionBy::cavity) one.point += config_.origin;
+    }
     for (const CavityState& cavity : cavities())
         for (Reaction& one : all)
             if (one.by == ReactionBy::cavity && one.body == cavity.body && one.number == cavity.number) {

@@ -5,6 +5,8 @@
 #include <map>
 #include <vector>
 
+#include "sim/contact/mean_place.hpp"
+
 namespace nbd {
 
 /// What exerts a force on a body.
@@ -30,20 +32,28 @@ struct Reaction {
                      // of the joint
     Eigen::Vector3d force = Eigen::Vector3d::Zero();   // N
     Eigen::Vector3d torque = Eigen::Vector3d::Zero();  // about the origin, N m
-    double pressure = 0, volume = 0;                   // of a cavity at the end of the step, Pa and m3
+    // Where it acts: the mean of the places of its forces, weighted with their sizes, metres; zero of a
+    // cavity.
+    Eigen::Vector3d point = Eigen::Vector3d::Zero();
+    double pressure = 0, volume = 0;  // of a cavity at the end of the step, Pa and m3
 };
 
 /// The reactions of a step, as its parts add them.
 class ReactionSums {
  public:
-    void add(int body, ReactionBy by, int number, const Eigen::Vector3d& force,
-             const Eigen::Vector3d& torque);
+    /// place: where the force acts; none of a cavity.
+    void add(int body, ReactionBy by, int number, const Eigen::Vector3d& force, const Eigen::Vector3d& torque,
+             const MeanPlace& place);
     void clear() { sums_.clear(); }
     /// By body, then as ReactionBy, then by number.
     std::vector<Reaction> all() const;
 
  private:
-    std::map<std::array<int, 3>, Reaction> sums_;
+    struct Sum {
+        Reaction reaction;
+        MeanPlace place;
+    };
+    std::map<std::array<int, 3>, Sum> sums_;
 };
 
 }  // namespace nbd

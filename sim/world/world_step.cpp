@@ -57,7 +57,8 @@ void World::take_step(double dt, WorldReport& report) {
         measure(report);
         for (int b = 0; b < body_count(); ++b)
             for (int k = 0; k < std::ssize(at(b).cavities); ++k)
-                reactions_.add(b, ReactionBy::cavity, k, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
+                reactions_.add(b, ReactionBy::cavity, k, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(),
+                               {});
         tell_trouble(report);
         next_places_.clear();
     } catch (...) {

@@ -13,7 +13,7 @@ import nbdtree as nbd
 PACKAGE = pathlib.Path(nbd.__file__).parent
 STUBS = ast.parse((PACKAGE / "__init__.pyi").read_text())
 DEFINITIONS = {node.name: node for node in STUBS.body if isinstance(node, (ast.ClassDef, ast.FunctionDef))}
-TYPED_ONLY = {"ClosestFaces", "CalibrationFacts", "FeaturePairs", "FreeStep", "WorldRecording"}
+TYPED_ONLY = {"ClosestFaces", "CalibrationFacts", "FeaturePairs", "FreeStep", "RecordedReactions", "WorldRecording"}
 
 
 def names_of(owner):

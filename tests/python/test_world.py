@@ -380,3 +380,33 @@ def test_static_scenes_come_to_balance(beam):
     assert "nothing holds bodies[0] (loose)" in falling.step().failure
     with refused(ValueError, "time.dt: must not be beside \"static\""):
         nbd.World({"bodies": [held], "time": {"static": {}, "dt": 0.1}})
+
+
+def test_recordings_hold_the_reactions_of_each_step(command, assets, tmp_path):
+    scene = {
+        "bodies": [
+            {"surface": str(assets / "beam.obj"), "name": "held", "pins": [{"box": {"min": [-9, -9, -9], "max": [-0.45, 9, 9]}}]},
+            {"surface": str(assets / "beam.obj"), "name": "free", "transform": {"translate": [0, 3, -8.93]}},
+        ],
+        "obstacles": [{"name": "floor", "plane": {"point": [0, 0, -9]}}],
+        "time": {"dt": 0.005, "frames": 4, "steps_per_frame": 2},
+    }
+    (tmp_path / "scene.json").write_text(json.dumps(scene))
+    command("simulate", "scene.json", "-o", "run.h5", cwd=tmp_path)
+    rows = nbd.RecordingReader(tmp_path / "run.h5").reactions()
+    world = nbd.World(tmp_path / "scene.json")
+    told = []
+    for step in range(8):
+        world.step(0.005)
+        told += [(1 + step // 2, world.time, r.body, r.kind, r.name, r.force, r.torque, r.point) for r in world.reactions()]
+    assert len(told) > 8 and {row[3] for row in told} == {"grip", "obstacle"}
+    assert rows["frame"].tolist() == [row[0] for row in told]
+    assert rows["body"].tolist() == [row[2] for row in told]
+    assert rows["kind"] == [row[3] for row in told] and rows["by"] == [row[4] for row in told]
+    for name, place in (("time", 1), ("force", 5), ("torque", 6), ("point", 7)):
+        assert np.array_equal(rows[name], np.array([row[place] for row in told])), name
+    assert not rows["pressure"].any() and not rows["volume"].any()
+    with nbd.recording(world, tmp_path / "other.h5") as file:
+        file.add_frame()
+    none = nbd.RecordingReader(tmp_path / "other.h5").reactions()
+    assert none["force"].shape == (0, 3) and none["kind"] == []

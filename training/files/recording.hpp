@@ -8,12 +8,14 @@
 #include <memory>
 #include <optional>
 #include <ostream>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "collision/geometry/geometry.hpp"
+#include "training/files/recorded_reactions.hpp"
 
 namespace nbd {
 
@@ -148,6 +150,10 @@ class RecordingWriter {
     /// Closes a trajectory. failure: empty if complete. Throws std::invalid_argument if a list of facts is
     /// not empty and has not one number per frame.
     void end_trajectory(int handle, const std::string& failure = {}, const FrameFacts& facts = {});
+    /// Adds what held and pressed the bodies in steps, in their order. The first call makes the file's table
+    /// of reactions. Throws std::invalid_argument for a row that is earlier than the one before, or not
+    /// finite.
+    void add_reactions(std::span<const RecordedReaction> rows);
     /// Adds an attribute of the whole file. Call once per name.
     void label(const std::string& name, const std::string& value);
     /// Closes open trajectories, flushes the file and renames it.
@@ -199,6 +205,10 @@ class RecordingReader {
     const FrameFacts& facts(int trajectory) const;
     /// Whether the recording is the merged view of a dataset, see dataset_manifest.hpp.
     bool is_dataset() const;
+    /// What held and pressed the bodies in each step; none if it was not recorded. Throws std::runtime_error
+    /// on damaged data, and rows of bodies without a trajectory.
+    std::vector<RecordedReaction> reactions() const;
+    bool has_reactions() const;
     /// The value that RecordingWriter::label() wrote; "" if there is none.
     std::string label(const std::string& name) const;
 

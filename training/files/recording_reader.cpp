@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "meshing/h5/reader.hpp"
+#include "training/files/reaction_arrays.hpp"
 #include "training/files/recording.hpp"
 #include "training/files/recording_format.hpp"
 
@@ -232,6 +233,16 @@ std::vector<double> RecordingReader::times(int trajectory) const { return impl_-
 const FrameFacts& RecordingReader::facts(int trajectory) const { return impl_->at(trajectory).facts; }
 
 bool RecordingReader::is_dataset() const { return impl_->file.has(dataset_plan); }
+
+bool RecordingReader::has_reactions() const { return impl_->file.has(reactions_group); }
+
+std::vector<RecordedReaction> RecordingReader::reactions() const {
+    std::vector<RecordedReaction> rows = read_reactions(impl_->file);
+    for (const RecordedReaction& row : rows)
+        if (!std::ranges::binary_search(impl_->infos, row.body, {}, &TrajectoryInfo::id))
+            impl_->file.refuse(fmt::format("a reaction acts on body {}", row.body), "the id of a trajectory");
+    return rows;
+}
 
 std::string RecordingReader::label(const std::string& name) const {
     return impl_->file.has_attribute("/", name) ? impl_->file.attribute<std::string>("/", name) : "";

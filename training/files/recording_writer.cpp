@@ -1,11 +1,13 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <set>
 #include <stdexcept>
 
 #include "collision/base/stop.hpp"
 #include "meshing/h5/writer.hpp"
+#include "training/files/reaction_arrays.hpp"
 #include "training/files/recording.hpp"
 #include "training/files/recording_format.hpp"
 
@@ -53,6 +55,7 @@ struct RecordingWriter::Impl {
     std::set<int> ids;
     std::set<std::string> bodies;
     std::string last_recipe, last_recipe_name;  // of the recipe that was written last
+    std::optional<ReactionArrays> reactions{};
 
     explicit Impl(const std::filesystem::path& path) : file(path, recording_format) {}
 
@@ -217,12 +220,18 @@ void RecordingWriter::end_trajectory(int handle, const std::string& failure, con
     impl_->open.erase(handle);
 }
 
+void RecordingWriter::add_reactions(std::span<const RecordedReaction> rows) {
+    if (!impl_->reactions) impl_->reactions.emplace(impl_->file);
+    impl_->reactions->add(rows);
+}
+
 void RecordingWriter::label(const std::string& name, const std::string& value) {
     impl_->file.attribute("/", name, value);
 }
 
 void RecordingWriter::finish() {
     while (!impl_->open.empty()) end_trajectory(impl_->open.begin()->first);
+    if (impl_->reactions) impl_->reactions->finish();
     impl_->file.attribute("/", "body_sha256", impl_->bodies.size() == 1 ? *impl_->bodies.begin() : "several");
     impl_->file.commit();
 }

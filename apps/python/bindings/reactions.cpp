@@ -38,6 +38,10 @@ void bind_reaction(py::module_& m) {
         .def_property_readonly(
             "torque", [](const NamedReaction& self) { return self.torque; },
             "[3] newton metres, about the origin of the scene's coordinates.")
+        .def_property_readonly(
+            "point", [](const NamedReaction& self) { return self.point; },
+            "[3] metres: where it acts, the mean of the places of its forces, weighted with their sizes; zero "
+            "of a cavity.")
         .def_readonly("pressure", &NamedReaction::pressure,
                       "Of a cavity, above the ambient one, pascals; 0 of others.")
         .def_readonly("volume", &NamedReaction::volume, "Of a cavity, cubic metres; 0 of others.")

@@ -6,7 +6,9 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "apps/cli/output_paths.hpp"
@@ -106,6 +108,30 @@ std::vector<std::string> extras_of(const ReaderObject& self, int trajectory) {
     return names;
 }
 
+Typed<"RecordedReactions"> reactions_of_file(const Reader& self) {
+    std::vector<RecordedReaction> rows;
+    long_call<FileCall>([&] { rows = self->reader.reactions(); });
+    py::dict columns;
+    for (const ReactionColumn& column : reaction_columns)
+        columns[column.name] = std::visit(
+            [&]<class T>(ReactionColumn::Member<T> member) -> py::object {
+                if constexpr (std::is_same_v<T, Eigen::Vector3d>) {
+                    Nodes all(rows.size(), 3);
+                    for (std::size_t i = 0; i < rows.size(); ++i) all.row(i) = rows[i].*member;
+                    return py::cast(std::move(all));
+                } else {
+                    std::vector<T> all;
+                    for (const RecordedReaction& row : rows) all.push_back(row.*member);
+                    if constexpr (std::is_same_v<T, std::string>)
+                        return py::cast(all);
+                    else
+                        return py::cast(nbd::python::column(all));
+                }
+            },
+            column.value);
+    return py::object(std::move(columns));
+}
+
 Typed<"dict[str, Indices]"> facts_of(const ReaderObject& self, int trajectory) {
     const FrameFacts& facts = self.reader.facts(self.checked(trajectory));
     py::dict all;
@@ -156,6 +182,14 @@ void bind_reader(py::module_& m) {
             "For each frame, rows (face, partner, other face) of what touches, int32 [edges, 3]. partner: id "
             "of a trajectory, its own for the body itself; -1 for a body that is not recorded; -2 - k for "
             "obstacle k, with other face -1.")
+        .def(
+            "reactions", &reactions_of_file,
+            "What pins, grips, driven nodes, obstacles, joints, cavities and other bodies exerted on bodies "
+            "in each step of a scene, as World.reactions() tells it: a dictionary with an array or list for "
+            "each column, of as many rows. frame: that the step belongs to; time: of its end, seconds; body: "
+            "id of the trajectory that it acts on; kind and by: of what exerts it, and its name; force, "
+            "torque, point: [rows, 3]; pressure, volume: of cavities, else 0. No rows where nothing was "
+            "recorded.")
         .def(
             "times", [](const Reader& self, int i) { return column(self->reader.times(self->checked(i))); },
             py::arg("trajectory"), UsesFiles(), "Seconds, one for each frame: a new array.")

@@ -42,6 +42,18 @@ class CalibrationFacts(TypedDict):
     poses: int
     margins: Floats
 
+class RecordedReactions(TypedDict):
+    frame: Indices
+    time: Doubles
+    body: Indices
+    kind: list[str]
+    by: list[str]
+    force: Doubles
+    torque: Doubles
+    pressure: Doubles
+    volume: Doubles
+    point: Doubles
+
 class WorldRecording:
     def add_frame(self) -> None: ...
 

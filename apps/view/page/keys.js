@@ -17,6 +17,7 @@ function keysOf({motion, view, panel, help, fit}) {
         {keys: ["c"], names: "C", text: "Next colouring", act: () => panel.nextColour()},
         {keys: ["b"], names: "B", text: "Show or hide the tree's bounds", act: flip("show-bounds")},
         {keys: ["[", "]"], names: "[ ]", text: "Bounds one level up or down", act: ({key}) => panel.deeper(key === "[" ? -1 : 1)},
+        {keys: ["r"], names: "R", text: "Show or hide arrows of reactions", act: flip("show-reactions")},
         {keys: ["n"], names: "N", text: "Mark near faces", act: flip("mark-near")},
         {keys: ["t"], names: "T", text: "Mark intersecting faces", act: flip("mark-intersecting")},
         {keys: ["x"], names: "X", text: "See through the bodies or not",

@@ -39,7 +39,8 @@ function describe(facts, bodies, cell, hasFloor) {
 }
 
 /** Adds a frame of a run that goes on. */
-async function append(frame, facts, bodies, bounds, marks) {
+async function append(frame, facts, bodies, bounds, marks, arrows) {
+    if (arrows) await arrows.append(frame.reactions);
     for (const [i, ofBody] of frame.bodies.entries()) {
         await bodies[i].append(ofBody);
         if (bounds[i]) await bounds[i].append(ofBody.bounds);
@@ -69,6 +70,7 @@ async function start() {
                 marks.push({i, kind, marks: await Marks.of(marked[kind], bodies[i], kind, facts.times.length)});
     }
 
+    const arrows = facts.reactions ? await Arrows.of(facts.reactions) : null;
     const legend = new Legend(byId("legend"));
     let motion = null, view = null;
     const refresh = () => {
@@ -78,6 +80,10 @@ async function start() {
             if (bounds[i]) bounds[i].show(frame, panel.depth, panel.body(i));
         });
         for (const {i, kind, marks: faces} of marks) faces.show(frame, panel.marks(kind) && panel.body(i));
+        if (arrows) {
+            const reach = roundLength(box.getSize(new THREE.Vector3()).length() / 5);
+            tellArrows(byId("arrow-legend"), arrows.show(frame, panel.arrows, reach, panel.scale, (body) => panel.body(body)), reach);
+        }
         paint(bodies, facts, panel, legend);
         panel.tell(frame);
         if (view) view.change();
@@ -91,6 +97,7 @@ async function start() {
 
     const light = new Light(box, up);
     view = new View(byId("canvas"), box, up);
+    if (arrows) view.scene.add(arrows.group);
     view.scene.add(light.group, ...obstacles.groups, ...bodies.map(({mesh}) => mesh),
         ...bounds.filter(Boolean).map(({lines}) => lines), ...marks.map((entry) => entry.marks.group));
     const slider = byId("frame"), numberOf = (frame) => facts.numbers[frame];
@@ -141,7 +148,7 @@ async function start() {
     };
     const take = async (frames) => {
         const newest = facts.times.length - 1;
-        for (const frame of frames) await append(frame, facts, bodies, bounds, marks);
+        for (const frame of frames) await append(frame, facts, bodies, bounds, marks, arrows);
         fitAll();
         summarise();
         // Whoever looked at the newest frame goes on doing so.
@@ -166,6 +173,8 @@ async function start() {
         pause: () => motion.pause(), isPlaying: () => motion.isPlaying, nodes: (body) => bodies[body].nodesNow,
         positions: (body) => bodies[body].x, scalar: (body, name) => bodies[body].scalar(name),
         choose: (id, value) => panel.choose(id, value),
+        reactions: () => (arrows ? arrows.frames[motion.frame].map(({body, point, force, torque}) => ({
+            body, point: point.toArray(), force: force.toArray(), torque: torque.toArray()})) : null),
         marked: (body, kind) => {
             const found = marks.find((entry) => entry.i === body && entry.kind === kind);
             return found ? Array.from(found.marks.at(motion.frame)) : [];

@@ -18,6 +18,7 @@ class Panel {
         for (const kind of ["near", "intersecting", "missed"])
             byId(`mark-${kind}-row`).hidden = !this.mayMark(kind);
         byId("marks-section").hidden = !["near", "intersecting", "missed"].some((kind) => this.mayMark(kind));
+        byId("reactions-section").hidden = !facts.reactions;
         byId("near-distance").textContent = facts.contactDistance > 0 ?
             `(${this.length(facts.contactDistance)})` : "";
         for (const element of byId("panel").querySelectorAll("input, select"))
@@ -66,6 +67,7 @@ class Panel {
 
     get colour() { return byId("colour").value; }
     get scale() { return byId("scale").value; }
+    get arrows() { return Boolean(this.facts.reactions) && byId("show-reactions").checked; }
     get depth() { return byId("show-bounds").checked ? Number(byId("depth").value) : -1; }
     get seeThrough() { return Number(byId("see-through").value) / 100; }
     marks(kind) { return byId(`mark-${kind}`).checked; }
@@ -99,6 +101,6 @@ class Panel {
         byId("depth-value").textContent = byId("depth").value;
         byId("see-through-value").textContent = `${byId("see-through").value} %`;
         byId("depth").disabled = !byId("show-bounds").checked;
-        byId("scale-row").hidden = this.colour === "";
+        byId("scale-row").hidden = this.colour === "" && !this.arrows;
     }
 }

@@ -99,6 +99,33 @@ class PageTest(unittest.TestCase):
         self.browser.frame_is_drawn()
         self.assertEqual(self.browser.run("return nbdtree.frame()"), frame)
 
+    def test_shows_reactions_as_arrows_on_demand(self):
+        self.open("rings.html")
+        with h5py.File(self.folder / "rings.h5") as file:
+            rows = {name: array[:] for name, array in file["reactions"].items() if name != "names"}
+        last = rows["time"][rows["frame"] == 60].max()
+        wanted = [i for i, time in enumerate(rows["time"]) if time == last]
+        self.assertTrue(wanted)
+        self.browser.seek(60)
+        shown = self.browser.run("return nbdtree.reactions()")
+        self.assertEqual([arrow["body"] for arrow in shown], rows["body"][wanted].tolist())
+        for name in ("point", "force"):
+            np.testing.assert_allclose([arrow[name] for arrow in shown], rows[name][wanted], rtol=1e-6, atol=1e-6)
+        legend = self.browser.driver.find_element("id", "arrow-legend")
+        self.assertFalse(legend.is_displayed())
+        plain = pixels(self.browser)
+        self.press("r")
+        self.assertRegex(legend.text, r"force: [\d.]+ [kmM]?N as long as [\d.]+ m?m")
+        drawn = pixels(self.browser)
+        self.assertGreater(differing(plain, drawn), 1000)
+        red = (drawn[:, :, 0] > 150) & (drawn[:, :, 1] < 60) & (drawn[:, :, 2] < 60)
+        self.assertGreater(red[:, :1000].sum(), 200)
+        self.browser.run("nbdtree.choose('scale', 'frame')")
+        self.browser.seek(0)
+        self.assertIn("none in this frame", legend.text)
+        self.press("r")
+        self.assertFalse(legend.is_displayed())
+
     def test_scrubs_by_slider_and_keys(self):
         from selenium.webdriver.common.keys import Keys
         self.open("rings.html")

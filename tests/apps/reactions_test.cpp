@@ -1,0 +1,108 @@
+// Reactions in tables, recordings and pictures of a run.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <png.h>
+
+#include <cstdlib>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "tests/apps/small_files.hpp"
+#include "training/files/recording.hpp"
+
+namespace nbd::test {
+namespace {
+
+struct Sheet {
+    int width = 0, height = 0;
+    std::vector<unsigned char> rgb;
+
+    explicit Sheet(const std::filesystem::path& path) {
+        png_image image{};
+        image.version = PNG_IMAGE_VERSION;
+        if (!png_image_begin_read_from_file(&image, path.c_str())) throw std::runtime_error(image.message);
+        image.format = PNG_FORMAT_RGB;
+        width = image.width;
+        height = image.height;
+        rgb.resize(PNG_IMAGE_SIZE(image));
+        png_image_finish_read(&image, nullptr, rgb.data(), 0, nullptr);
+    }
+    /// Number of pixels in rows from `top` on that are as red as arrows of force.
+    int red(int top, int bottom) const {
+        int count = 0;
+        for (std::size_t i = std::size_t{3} * top * width; i < std::size_t{3} * bottom * width; i += 3)
+            count += rgb[i] > 150 && rgb[i + 1] < 70 && rgb[i + 2] < 70;
+        return count;
+    }
+};
+
+using Reactions = BoxFolder;
+
+/// A pinned box, and one that falls onto the floor; far from zero.
+void write_scene(const std::string& name, const auto& write) {
+    write(name, R"({
+        "bodies": [{"body": "box.h5", "name": "held, \"up\"", "transform": {"translate": [1000, 0, 0.5]},
+                    "pins": [{"box": {"min": [900, -1, 0.5], "max": [1100, 1, 1]}}]},
+                   {"body": "box.h5", "name": "free", "transform": {"translate": [1000, 0, 0.055]}}],
+        "obstacles": [{"name": "floor", "plane": {}}],
+        "time": {"dt": 0.004, "frames": 10, "steps_per_frame": 2}})");
+}
+
+TEST_F(Reactions, OfTheRecordingAreThoseOfTheTable) {
+    write_scene("scene.json", write);
+    make("simulate scene.json -o run.h5 --reactions forces.csv -q");
+    const std::vector<std::string> table = lines(bytes("forces.csv"));
+    const RecordingReader recording(folder() / "run.h5");
+    const std::vector<RecordedReaction> rows = recording.reactions();
+    ASSERT_GT(rows.size(), 30u);
+    ASSERT_EQ(table.size(), rows.size() + 1);
+    EXPECT_EQ(table[0],
+              "frame,time,body,kind,by,force_x,force_y,force_z,torque_x,torque_y,torque_z,pressure,volume,"
+              "point_x,point_y,point_z");
+    int on_floor = 0;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        const RecordedReaction& row = rows[i];
+        std::string line = fmt::format("{},{:.9g},{},{},{}", row.frame, row.time,
+                                       row.body == 0 ? R"("held, ""up""")" : "free", row.kind, row.by);
+        for (const Eigen::Vector3d& vector : {row.force, row.torque})
+            line += fmt::format(",{:.9g},{:.9g},{:.9g}", vector[0], vector[1], vector[2]);
+        line += fmt::format(",,,{:.9g},{:.9g},{:.9g}", row.point[0], row.point[1], row.point[2]);
+        EXPECT_EQ(table[i + 1], line);
+        EXPECT_NEAR(row.point.x(), 1000, 0.2) << "in the scene's coordinates";
+        on_floor += row.by == "floor";
+    }
+    EXPECT_GT(on_floor, 5);
+    EXPECT_EQ(rows.back().frame, 10);
+    make("inspect --check run.h5 -q");
+}
+
+TEST_F(Reactions, StayInARecordingThatIsRemapped) {
+    write_scene("scene.json", write);
+    make("simulate scene.json -o whole.h5 -q");
+    make("mesh box.obj -o finer.h5 --subdivide 1 -q");
+    make("remap whole.h5 --from box.h5 --to finer.h5 -o remapped.h5 --trajectories 1 -q");
+    std::vector<RecordedReaction> wanted = RecordingReader(folder() / "whole.h5").reactions();
+    std::erase_if(wanted, [](const RecordedReaction& row) { return row.body != 0; });
+    ASSERT_FALSE(wanted.empty());
+    EXPECT_EQ(RecordingReader(folder() / "remapped.h5").reactions(), wanted);
+}
+
+TEST_F(Reactions, AreArrowsInThePictureOnDemand) {
+    write_scene("scene.json", write);
+    make("simulate scene.json -o a.h5 --picture plain.png -q");
+    make("simulate scene.json -o b.h5 --picture arrows.png --arrows -q");
+    const Sheet plain(folder() / "plain.png"), arrows(folder() / "arrows.png");
+    EXPECT_EQ(plain.height, 800);
+    EXPECT_EQ(plain.red(0, 800), 0);
+    EXPECT_EQ(arrows.width, plain.width);
+    EXPECT_EQ(arrows.height, 840) << "with a strip for the scale";
+    EXPECT_GT(arrows.red(0, 800), 200);
+    EXPECT_GT(arrows.red(800, 840), 100);
+    EXPECT_TRUE(bytes("a.h5") == bytes("b.h5"));
+    EXPECT_EQ(error("simulate scene.json -o c.h5 --arrows"),
+              "nbdtree: error: --arrows: there is no picture to draw them in; allowed: with --picture\n");
+}
+
+}  // namespace
+}  // namespace nbd::test
