@@ -42,7 +42,10 @@ std::vector<std::filesystem::path> scene_inputs(const SceneSpec& spec) {
         add(body.file);
         add(body.tree);
     }
-    for (const SceneObstacle& obstacle : spec.obstacles) add(obstacle.mesh);
+    for (const SceneObstacle& obstacle : spec.obstacles) {
+        add(obstacle.mesh);
+        if (obstacle.heights) add(obstacle.heights->file);
+    }
     return files;
 }
 

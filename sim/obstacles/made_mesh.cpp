@@ -71,14 +71,14 @@ TriMesh capsule_mesh(double radius, double length, int segments) {
     return revolved(line, segments);
 }
 
-TriMesh height_mesh(const Eigen::MatrixXd& heights, double spacing) {
+TriMesh height_mesh(const Eigen::MatrixXd& heights, const Eigen::Vector2d& spacing) {
     const int rows = heights.rows(), columns = heights.cols();
     TriMesh mesh{Nodes(rows * columns, 3), Faces(2 * (rows - 1) * (columns - 1), 3)};
     int face = 0;
     for (int i = 0; i < rows; ++i)
         for (int j = 0; j < columns; ++j) {
             const int a = i * columns + j;
-            mesh.X.row(a) << j * spacing, i * spacing, heights(i, j);
+            mesh.X.row(a) << j * spacing.x(), i * spacing.y(), heights(i, j);
             if (i + 1 == rows || j + 1 == columns) continue;
             mesh.F.row(face++) << a, a + 1, a + columns + 1;
             mesh.F.row(face++) << a, a + columns + 1, a + columns;

@@ -14,8 +14,8 @@ TriMesh cylinder_mesh(double radius, double length, int segments);
 /// length: of the straight part between the half balls, >= 0.
 TriMesh capsule_mesh(double radius, double length, int segments);
 
-/// An open surface over a grid: heights(i, j) is z at x = j spacing, y = i spacing. Each square is cut along
-/// the diagonal from its corner with the smallest x and y. It looks upward. At least 2 x 2 heights.
-TriMesh height_mesh(const Eigen::MatrixXd& heights, double spacing);
+/// An open surface over a grid: heights(i, j) is z at x = j spacing.x(), y = i spacing.y(). Each rectangle is
+/// cut along the diagonal from its corner with the smallest x and y. It looks upward. At least 2 x 2 heights.
+TriMesh height_mesh(const Eigen::MatrixXd& heights, const Eigen::Vector2d& spacing);
 
 }  // namespace nbd

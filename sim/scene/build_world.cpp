@@ -265,8 +265,10 @@ void add_joint(const SceneJoint& spec, World& world, const Body& body) {
 
 Obstacle make_obstacle(const SceneObstacle& spec) {
     Obstacle obstacle = spec.obstacle;
-    if (spec.mesh.empty() && spec.made.F.rows() == 0) return obstacle;
-    TriMesh mesh = spec.mesh.empty() ? spec.made : read_surface(spec.mesh);
+    if (spec.mesh.empty() && spec.made.F.rows() == 0 && !spec.heights) return obstacle;
+    TriMesh mesh = spec.heights        ? spec.heights->mesh()
+                   : spec.mesh.empty() ? spec.made
+                                       : read_surface(spec.mesh);
     if (const int turned = turn_outward(mesh); turned > 0)
         notice(fmt::format(
             "{}: {} of its {} faces looked inward and were turned: an obstacle is solid within its surface",

@@ -1,8 +1,5 @@
-#include <fmt/format.h>
-
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "sim/obstacles/made_mesh.hpp"
 #include "sim/scene/read_parts.hpp"
@@ -18,35 +15,8 @@ double read_length(JsonObject& from, const char* key) {
     return from.optional_number(key, positive_number).value_or(1);
 }
 
-Eigen::MatrixXd read_heights(JsonObject& from) {
-    const Eigen::MatrixXd flat = Eigen::MatrixXd::Zero(2, 2);
-    if (!from.need("table")) return flat;
-    const std::vector<std::vector<double>> rows = from.table("table");
-    if (rows.empty()) return flat;
-    const std::size_t columns = rows.front().size();
-    if (rows.size() < 2 || columns < 2) {
-        from.problem("table", fmt::format("has {} rows of {} heights, but must have at least 2 of 2",
-                                          rows.size(), columns));
-        return flat;
-    }
-    Eigen::MatrixXd heights(rows.size(), columns);
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-        if (rows[i].size() != columns) {
-            from.problem("table",
-                         fmt::format("row {} has {} heights, but row 0 has {}", i, rows[i].size(), columns));
-            return flat;
-        }
-        for (std::size_t j = 0; j < columns; ++j) heights(i, j) = rows[i][j];
-    }
-    return heights;
-}
-
 /// Of a shape that is made as a mesh.
 TriMesh read_made_mesh(JsonObject& from, const std::string& kind) {
-    if (kind == "heights") {
-        const double spacing = read_length(from, "spacing");
-        return height_mesh(read_heights(from), spacing);
-    }
     if (kind == "box") {
         const bool is_there = from.need("size");
         const Eigen::Vector3d size = from.vector("size", Eigen::Vector3d::Zero());
@@ -78,7 +48,9 @@ SceneObstacle read_obstacle(JsonObject& from, const std::filesystem::path& base)
         result.obstacle.shape = read_ball(from.object("sphere"));
     } else if (!kind.empty()) {
         JsonObject mesh = from.object(kind);
-        if (kind != "mesh")
+        if (kind == "heights")
+            read_heights(mesh, base, result);
+        else if (kind != "mesh")
             result.made = read_made_mesh(mesh, kind);
         else if (mesh.need("file"))
             result.mesh = read_path(mesh, "file", base);

@@ -40,6 +40,8 @@ std::filesystem::path read_path(JsonObject& from, const std::string& key, const 
 
 SceneBody read_body(JsonObject& from, const std::filesystem::path& base);
 SceneObstacle read_obstacle(JsonObject& from, const std::filesystem::path& base);
+/// The shape of an obstacle from `heights`.
+void read_heights(JsonObject& from, const std::filesystem::path& base, SceneObstacle& obstacle);
 
 SceneLoad read_load(JsonObject& from);
 SceneLoad read_muscle(JsonObject& from);

@@ -95,12 +95,26 @@ struct SceneBody {
     std::vector<SceneLoad> loads;
 };
 
+/// Heights over a grid that a file has: a grey image, or a table of numbers.
+struct SceneHeights {
+    std::string key;  // "heights.file", for messages
+    std::filesystem::path file;
+    std::optional<double> spacing{};  // of the grid, metres; none: as `size` says
+    Eigen::Vector2d size{1, 1};       // of the whole along x and y, metres
+    double lowest = 0, highest = 1;   // of black and white in an image, metres
+
+    /// The surface over the grid. Throws std::invalid_argument, the key first, for a file that cannot be
+    /// used.
+    TriMesh mesh() const;
+};
+
 struct SceneObstacle {
     std::string name;            // "obstacles[1]" where the scene gives none
     Obstacle obstacle;           // a mesh's shape is null until make_obstacle()
     std::filesystem::path mesh;  // empty: no file
     TriMesh made{};              // without faces: not made by the reader
-    Placement placement;         // of the mesh
+    std::optional<SceneHeights> heights{};
+    Placement placement;  // of the mesh
 };
 
 /// A rule for two of the scene's bodies, or for a body and an obstacle.

@@ -49,7 +49,7 @@ TEST(MadeMesh, IsClosedAndHasTheVolumeOfItsShape) {
 TEST(MadeMesh, HasTheHeightsOfATable) {
     Eigen::MatrixXd heights(2, 3);
     heights << 0, 1, 0, 2, 3, 4;
-    const TriMesh mesh = height_mesh(heights, 0.5);
+    const TriMesh mesh = height_mesh(heights, {0.5, 0.5});
     ASSERT_EQ(mesh.X.rows(), 6);
     EXPECT_EQ(mesh.X.row(5), Eigen::RowVector3d(1, 0.5, 4));
     EXPECT_EQ(mesh.F.rows(), 4);
@@ -63,7 +63,7 @@ TEST(MadeMesh, HasTheHeightsOfATable) {
 }
 
 TEST(StaticSurface, ThatIsOpenHasTwoSidesAndNoInside) {
-    const StaticSurface sheet(height_mesh(Eigen::MatrixXd::Zero(3, 3), 1));
+    const StaticSurface sheet(height_mesh(Eigen::MatrixXd::Zero(3, 3), {1, 1}));
     for (const double z : {-0.3, 0.3}) {
         const auto found = sheet.distance({0.7, 0.6, z}, 1);
         EXPECT_NEAR(found->distance, 0.3, 1e-14);

@@ -52,7 +52,8 @@ const std::string full = R"({
                  "motion": [{"time": 1, "translate": [0, 0, 1]}]},
                 {"cylinder": {"radius": 1, "length": 2, "segments": 12}},
                 {"capsule": {"radius": 1, "length": 2}},
-                {"heights": {"spacing": 0.5, "table": [[0, 1, 0], [0, 2, 0]]}}],
+                {"heights": {"spacing": 0.5, "table": [[0, 1, 0], [0, 2, 0]]}},
+                {"heights": {"size": [2, 3], "file": "hills.png", "lowest": -1, "highest": 1}}],
   "joints": [{"name": "neck", "bodies": ["first", "b"], "ball": {"point": [1, 2, 3]}, "strength": 5},
              {"body": "b", "hinge": {"point": [1, 0, 0], "axis": [0, 2, 0], "least": -90, "most": 45, "stiffness": 2, "rest": 10, "damping": 3}, "width": 0.2},
              {"body": "c", "slider": {"point": [0, 1, 0], "axis": [1, 0, 0], "motor": [[0, 0], [2, 1]]}},
@@ -142,7 +143,7 @@ TEST(Scene, ReadsEveryKey) {
     EXPECT_EQ(b.bounds, BoundKind::automatic);
     EXPECT_EQ(spec.bodies[2].source, BodySource::tets);
     EXPECT_EQ(spec.bodies[2].meshing.levels, 1);
-    ASSERT_EQ(spec.obstacles.size(), 7u);
+    ASSERT_EQ(spec.obstacles.size(), 8u);
     EXPECT_EQ(std::get<PlaneShape>(spec.obstacles[0].obstacle.shape).normal, Eigen::Vector3d::UnitZ());
     EXPECT_DOUBLE_EQ(spec.obstacles[0].obstacle.friction, 0.7);
     EXPECT_DOUBLE_EQ(std::get<BallShape>(spec.obstacles[1].obstacle.shape).radius, 2);
@@ -151,6 +152,9 @@ TEST(Scene, ReadsEveryKey) {
     EXPECT_EQ(spec.obstacles[3].obstacle.motion.centre, Eigen::Vector3d(0, 1, 0));
     EXPECT_EQ(spec.obstacles[4].made.X.rows(), 26);
     EXPECT_EQ(spec.obstacles[6].made.X.row(4), Eigen::RowVector3d(0.5, 0.5, 2));
+    ASSERT_TRUE(spec.obstacles[7].heights);
+    EXPECT_EQ(spec.obstacles[7].heights->file, std::filesystem::path("folder/hills.png"));
+    EXPECT_EQ(spec.obstacles[7].heights->size, Eigen::Vector2d(2, 3));
     ASSERT_EQ(spec.joints.size(), 7u);
     EXPECT_EQ(spec.joints[0].joint.name, "neck");
     EXPECT_EQ(spec.joints[0].joint.a, 0);

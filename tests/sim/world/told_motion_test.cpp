@@ -297,7 +297,7 @@ Obstacle waves(double height) {
     Eigen::MatrixXd heights(21, 21);
     for (int i = 0; i <= 20; ++i)
         for (int j = 0; j <= 20; ++j) heights(i, j) = height * std::sin(0.7 * i) * std::cos(0.6 * j);
-    TriMesh mesh = height_mesh(heights, 0.1);
+    TriMesh mesh = height_mesh(heights, {0.1, 0.1});
     mesh.X.rowwise() -= Eigen::RowVector3d(1, 1, 0);
     return {.shape = std::make_shared<const StaticSurface>(std::move(mesh))};
 }
