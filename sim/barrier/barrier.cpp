@@ -49,7 +49,7 @@ double edge_area(const MovingSurface& surface, int edge) {
 }  // namespace
 
 void Barrier::add_body(std::shared_ptr<const ContactShape> shape, const TetMesh& rest, double young,
-                       const PairBounds& bounds, HeldPose held) {
+                       const PairBounds& bounds, HeldPose held, std::vector<double> friction) {
     const auto twin =
         std::ranges::find_if(surfaces_, [&](const MovingSurface& s) { return &s.shape() == shape.get(); });
     const int body = bodies_.size();
@@ -57,7 +57,7 @@ void Barrier::add_body(std::shared_ptr<const ContactShape> shape, const TetMesh&
         surfaces_.push_back(MovingSurface(*twin, body, bounds));
     else
         surfaces_.emplace_back(shape, rest, body, bounds);
-    bodies_.push_back({std::move(shape), young, std::move(held)});
+    bodies_.push_back({std::move(shape), young, std::move(held), std::move(friction)});
 }
 
 void Barrier::add_obstacle(const Obstacle& obstacle) {
@@ -279,19 +279,19 @@ Contact Barrier::contact(const NearFeatures& near, double share) const {
     Contact contact{.a = surface_point(a, 0, of_a, at, closest.weights_a),
                     .b = surface_point(b, of_a, 4 - of_a, at, closest.weights_b),
                     .normal = closest.gap / closest.distance,
-                    .gap = closest.distance,
-                    .friction = config_.friction};
+                    .gap = closest.distance};
     if (a.is_obstacle()) {
         std::swap(contact.a, contact.b);
         contact.normal *= -1;
     }
     const MovingSurface& other = a.is_obstacle() ? a : b;
+    double usual = config_.friction;
     if (const Wall* wall = wall_of(other)) {
         if (wall->moves) contact.wall_velocity = velocity_of(near, other, closest);
-        contact.friction = wall->obstacle.friction;
         contact.obstacle = static_cast<int>(wall - walls_.data());
+        usual = wall->obstacle.friction;
     }
-    contact.friction = rules_.friction(a.body(), b.body(), contact.friction);
+    contact.friction = friction(contact, usual);
     return contact;
 }
 

@@ -42,9 +42,9 @@ class Barrier {
         : config_(config), reach_(reach), rules_(std::move(rules)) {}
 
     /// rest: the body's tetrahedra at rest. young: modulus of its outer layer, Pa. bounds: by which it meets
-    /// others. Add all bodies, then the obstacles, then call begin().
+    /// others. friction: see WorldBody. Add all bodies, then the obstacles, then call begin().
     void add_body(std::shared_ptr<const ContactShape> shape, const TetMesh& rest, double young,
-                  const PairBounds& bounds = {}, HeldPose held = {});
+                  const PairBounds& bounds = {}, HeldPose held = {}, std::vector<double> friction = {});
     void add_obstacle(const Obstacle& obstacle);
     void begin();
     /// Faces of bodies that intersect others of their body at rest. They, others nearly as near, and those
@@ -118,6 +118,7 @@ class Barrier {
         std::shared_ptr<const ContactShape> shape;
         double young;
         HeldPose held;
+        std::vector<double> friction;  // see WorldBody
     };
     /// An obstacle: a mesh, which is one of the surfaces, or a plane or ball.
     struct Wall {
@@ -158,6 +159,8 @@ class Barrier {
     BarrierLaw law(const NearSmooth& near) const;
     Contact contact(const NearFeatures& near, double share) const;
     Contact contact(const NearSmooth& near, double share) const;
+    std::optional<double> own_friction(const SurfacePoint& point, double usual) const;
+    double friction(const Contact& contact, double usual) const;
     double weight(const NearFeatures& near, double share) const;
     Eigen::Vector3d motion(const SurfacePoint& point) const;
     void measure(double share);

@@ -78,12 +78,11 @@ BarrierLaw Barrier::law(const NearSmooth& near) const {
 Contact Barrier::contact(const NearSmooth& near, double share) const {
     const Wall& wall = walls_[near.wall];
     const SurfaceDistance hit = distance(near, share);
-    Contact contact{
-        .a = {.body = near.body, .count = 1, .vertices = {near.vertex}, .weights = {1}},
-        .normal = hit.normal,
-        .gap = hit.distance,
-        .friction = rules_.friction(near.body, party_of_obstacle(near.wall), wall.obstacle.friction),
-        .obstacle = near.wall};
+    Contact contact{.a = {.body = near.body, .count = 1, .vertices = {near.vertex}, .weights = {1}},
+                    .normal = hit.normal,
+                    .gap = hit.distance,
+                    .obstacle = near.wall};
+    contact.friction = friction(contact, wall.obstacle.friction);
     if (wall.moves)
         contact.wall_velocity = wall.smooth->way_of(surfaces_[near.body].at(near.vertex, share),
                                                     progress_ + share * (1 - progress_)) /

@@ -210,6 +210,7 @@ WorldBody make_world_body(const SceneBody& spec, const LoadedBody& loaded,
     result.state.x = placed(body.tets.X, spec.placement);
     result.state.v = rigid_velocities(*result.elastic, result.state.x, spec);
     const PlacedBody placed_body{body, result.state.x};
+    result.friction = surface_friction(spec, placed_body);
     for (const SceneGrip& grip : spec.grips) result.grips.push_back(take_nodes(grip, placed_body));
     if (const auto odds = grips_at_odds(result.grips))
         throw std::invalid_argument(

@@ -40,6 +40,10 @@ std::shared_ptr<const ElasticBody> scene_elastic(const SceneBody& spec, const Lo
 WorldBody make_world_body(const SceneBody& spec, const LoadedBody& loaded,
                           std::shared_ptr<const ElasticBody> elastic);
 
+/// Coulomb's coefficient of each surface vertex, as WorldBody has it. Throws std::invalid_argument, with the
+/// JSON path, for a region without vertices, or as parts_in().
+std::vector<double> surface_friction(const SceneBody& spec, const PlacedBody& placed);
+
 /// Throws std::invalid_argument, with the load's JSON path, for a load on what grips hold for ever. body:
 /// with the scene's loads and its grips.
 void check_loads(const SceneBody& spec, const WorldBody& body);

@@ -130,6 +130,7 @@ SceneBody read_body(JsonObject& from, const std::filesystem::path& base) {
     for (JsonObject& grip : from.objects("grips")) body.grips.push_back(read_grip(grip));
     for (JsonObject& load : from.objects("loads")) body.loads.push_back(read_load(load));
     for (JsonObject& muscle : from.objects("muscles")) body.loads.push_back(read_muscle(muscle));
+    for (JsonObject& part : from.objects("friction")) body.friction.push_back(read_surface_friction(part));
     from.finish();
     return body;
 }

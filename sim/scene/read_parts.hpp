@@ -43,6 +43,8 @@ SceneObstacle read_obstacle(JsonObject& from, const std::filesystem::path& base)
 /// The shape of an obstacle from `heights`.
 void read_heights(JsonObject& from, const std::filesystem::path& base, SceneObstacle& obstacle);
 
+SceneFriction read_surface_friction(JsonObject& from);
+
 SceneLoad read_load(JsonObject& from);
 SceneLoad read_muscle(JsonObject& from);
 

@@ -99,6 +99,8 @@ std::vector<Region*> regions_of(SceneSpec& spec) {
         for (SceneGrip& grip : body.grips) add_with_parts(grip.region, all);
         for (SceneLoad& load : body.loads)
             if (load.region) add_with_parts(*load.region, all);
+        for (SceneFriction& part : body.friction)
+            if (part.region) add_with_parts(*part.region, all);
     }
     for (SceneJoint& joint : spec.joints)
         if (joint.region) add_with_parts(*joint.region, all);

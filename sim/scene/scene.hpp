@@ -48,6 +48,13 @@ struct SceneLoad {
         along{};  // of a muscle: a line of points that its fibres go along, at time 0
 };
 
+/// A part of a body's surface with a friction of its own.
+struct SceneFriction {
+    std::string key;                 // "friction[1]", for messages
+    std::optional<Region> region{};  // none: the whole surface
+    double coefficient = 0;          // Coulomb's
+};
+
 /// Tetrahedra of a body with a material of their own.
 struct SceneMaterialRegion {
     std::string key;  // "regions[1]", for messages
@@ -93,6 +100,7 @@ struct SceneBody {
     std::vector<SceneMaterialRegion> regions;
     std::vector<SceneGrip> grips;
     std::vector<SceneLoad> loads;
+    std::vector<SceneFriction> friction{};  // of two for one vertex the later one holds
 };
 
 /// Heights over a grid that a file has: a grey image, or a table of numbers.

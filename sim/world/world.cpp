@@ -85,6 +85,12 @@ int World::add_body(WorldBody body) {
         !body.state.v.allFinite())
         throw std::invalid_argument(
             fmt::format("world: a body's state needs {} finite positions and velocities", nodes));
+    if (!body.friction.empty() && std::ssize(body.friction) != body.W.rows())
+        throw std::invalid_argument(fmt::format("world: {} coefficients of friction for {} surface vertices",
+                                                body.friction.size(), body.W.rows()));
+    for (const double friction : body.friction)
+        if (!std::isfinite(friction))
+            throw std::invalid_argument(fmt::format("world: friction is {}, allowed: finite", friction));
     std::vector<Nodes> grip_start;
     for (const Grip& grip : body.grips) {
         check_grip(grip, nodes);
@@ -125,6 +131,7 @@ int World::add_body(WorldBody body) {
               .grips = std::move(body.grips),
               .grip_start = std::move(grip_start),
               .added_at = std::move(added_at),
+              .friction = std::move(body.friction),
               .name = body.name.empty() ? fmt::format("body {}", index) : std::move(body.name)};
     add_cavities(made, body.loads);
     for (BodyLoad& load : body.loads) made.loads.emplace_back(std::move(load), elastic, *made.shape);

@@ -77,6 +77,10 @@ struct WorldBody {
     BodyState state{};              // empty x: the rest pose without velocity
     std::vector<Grip> grips{};
     std::vector<BodyLoad> loads{};
+    // Coulomb's coefficient of each surface vertex, where no rule for a pair has one; below 0: the usual one.
+    // Empty: of all. Between vertices it is interpolated; of two surfaces with their own, the smaller one
+    // holds.
+    std::vector<double> friction{};
     std::string name{};  // in messages; empty: "body 0", ...
 };
 
@@ -280,8 +284,9 @@ class World {
         std::vector<Nodes> grip_start;
         Nodes added_at;  // positions of all nodes then; empty: it has no grips
         DrivenNodes driven{};
-        double energy = 0;  // elastic, joules, at the end of the last step
-        Vertices posed{};   // what its trees' poses read
+        double energy = 0;               // elastic, joules, at the end of the last step
+        Vertices posed{};                // what its trees' poses read
+        std::vector<double> friction{};  // see WorldBody
         std::string name{};
 
         /// Whether a grip takes its nodes after the body was added.

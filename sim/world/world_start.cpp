@@ -28,7 +28,8 @@ Barrier& World::barrier() {
     if (barrier_) return *barrier_;
     auto made = std::make_unique<Barrier>(config_.contact, thickness(), pairs_);
     for (const Body& body : bodies_)
-        made->add_body(body.shape, body.elastic->rest(), body.contact_young, body.bounds, held_pose(body));
+        made->add_body(body.shape, body.elastic->rest(), body.contact_young, body.bounds, held_pose(body),
+                       body.friction);
     for (const Obstacle& obstacle : obstacles_) made->add_obstacle(obstacle);
     made->begin();
     barrier_ = std::move(made);

@@ -496,8 +496,8 @@ TEST(Scene, AgreesWithThePublishedSchema) {
             with(
                 R"("pins": [)" + region + R"(], "grips": [)" + at + R"(}], "loads": [)" + at +
                     R"(, "force": [0, 0, 1]}], "muscles": [)" + at +
-                    R"(, "direction": [1, 0, 0], "stress": 1, "factor": [[0, 1]]}, {"along": [[0, 0, 0], [1, 0, 0]], "stress": 1}], "regions": [)" +
-                    at + "}]",
+                    R"(, "direction": [1, 0, 0], "stress": 1, "factor": [[0, 1]]}, {"along": [[0, 0, 0], [1, 0, 0]], "stress": 1}], "friction": [)" +
+                    at + R"(, "coefficient": 1}], "regions": [)" + at + "}]",
                 R"("joints": [{"body": "a", "weld": )" + at +
                     R"(}}], "tendons": [{"name": "t", "through": [{"body": "a", "at": [0, 0, 0]}, {"at": [0, 0, 1]}], "force": 1, "factor": [[0, 1]]}])"),
             "");
