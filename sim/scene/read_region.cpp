@@ -50,13 +50,21 @@ std::vector<int> read_rows(JsonObject& from, const std::string& key) {
     return rows;
 }
 
-Region read_part(JsonObject from, const std::vector<std::string>& combinations);
+/// How deep regions may be made of regions.
+constexpr int deepest_region = 8;
 
-/// Of regions that are none, but for those that others are not in.
-Region read_combination(JsonObject& from, const std::string& kind) {
-    if (kind == "not") return {.part = Combination::none, .of = {read_part(from.object(kind), {})}};
+Region read_part(JsonObject from, int depth);
+
+/// depth: in how many others the regions are that it is made of.
+Region read_combination(JsonObject& from, const std::string& kind, int depth) {
+    if (depth > deepest_region) {
+        from.problem(kind, fmt::format("regions are made of regions {} deep here; allowed: {} at most", depth,
+                                       deepest_region));
+        return {};
+    }
+    if (kind == "not") return {.part = Combination::none, .of = {read_part(from.object(kind), depth)}};
     Region region{.part = kind == "all" ? Combination::all : Combination::any};
-    for (JsonObject& one : from.objects(kind)) region.of.push_back(read_part(std::move(one), {"not"}));
+    for (JsonObject& one : from.objects(kind)) region.of.push_back(read_part(std::move(one), depth));
     if (region.of.empty()) from.problem(kind, "must be a list of regions, not empty");
     return region;
 }
@@ -66,11 +74,10 @@ void add_with_parts(Region& region, std::vector<Region*>& all) {
     for (Region& one : region.of) add_with_parts(one, all);
 }
 
-/// combinations: those that it may be.
-Region read_part(JsonObject from, const std::vector<std::string>& combinations) {
-    std::vector<std::string> kinds{"box", "sphere", "capsule", "near", "group", "nodes", "faces"};
-    kinds.insert(kinds.end(), combinations.begin(), combinations.end());
-    const std::string kind = from.need_one(kinds);
+/// depth: in how many others it is.
+Region read_part(JsonObject from, int depth) {
+    const std::string kind =
+        from.need_one({"box", "sphere", "capsule", "near", "group", "nodes", "faces", "all", "any", "not"});
     Region region;
     if (kind == "box") region.part = read_box(from.object("box"));
     if (kind == "sphere") region.part = read_ball(from.object("sphere"));
@@ -83,14 +90,14 @@ Region read_part(JsonObject from, const std::vector<std::string>& combinations) 
     }
     if (kind == "nodes") region.part = NodeList{read_rows(from, "nodes")};
     if (kind == "faces") region.part = FaceList{read_rows(from, "faces")};
-    if (kind == "all" || kind == "any" || kind == "not") region = read_combination(from, kind);
+    if (kind == "all" || kind == "any" || kind == "not") region = read_combination(from, kind, depth + 1);
     from.finish();
     return region;
 }
 
 }  // namespace
 
-Region read_region(JsonObject from) { return read_part(std::move(from), {"all", "any", "not"}); }
+Region read_region(JsonObject from) { return read_part(std::move(from), 0); }
 
 std::vector<Region*> regions_of(SceneSpec& spec) {
     std::vector<Region*> all;

@@ -318,5 +318,48 @@ TEST(Scene, ReadsTendonsAsCordsFromPointToPoint) {
         R"(tendons[0].through[0].body: no body is named "c"; allowed: a, b; the nearest is "a")");
 }
 
+TEST_P(Regions, AreMadeOfRegionsThatAreMadeOfRegions) {
+    const std::string box = R"({"box": {"min": [-1, -1, -1], "max": [0.1, 1, 1]}})",
+                      ball = R"({"sphere": {"centre": [0, 0, 0], "radius": 0.3}})",
+                      low = R"({"box": {"min": [-1, -1, -1], "max": [1, 1, -0.01]}})";
+    const auto in_box = [](const Vector3d& p) { return p.x() <= 0.1; };
+    const auto in_ball = [](const Vector3d& p) { return p.norm() <= 0.3; };
+    const auto is_low = [](const Vector3d& p) { return p.z() <= -0.01; };
+    const auto expect = [&](const std::string& region, const std::function<bool(const Vector3d&)>& is_in) {
+        const std::vector<int> wanted = rows_where(x, is_in);
+        ASSERT_FALSE(wanted.empty()) << region;
+        ASSERT_LT(std::ssize(wanted), x.rows()) << region;
+        EXPECT_EQ(parts(region), wanted) << region;
+    };
+    expect(R"({"all": [)" + box + R"(, {"any": [)" + ball + ", " + low + "]}]}",
+           [&](const Vector3d& p) { return in_box(p) && (in_ball(p) || is_low(p)); });
+    expect(R"({"not": {"any": [)" + ball + ", " + low + "]}}",
+           [&](const Vector3d& p) { return !(in_ball(p) || is_low(p)); });
+    expect(R"({"not": {"not": )" + ball + "}}", in_ball);
+    expect(R"({"any": [{"not": {"all": [)" + box + R"(, {"not": )" + low + "}]}}, " + ball + "]}",
+           [&](const Vector3d& p) { return !(in_box(p) && !is_low(p)) || in_ball(p); });
+    EXPECT_EQ(parts(R"({"all": [{"any": [{"group": "end"}]}, )" + low + "]}", BodyPart::vertex),
+              rows_where(body.surface.X, [&](const Vector3d& p) { return p.x() < -0.499 && is_low(p); }));
+}
+
+TEST(NestedRegions, AreEightDeepAtMost) {
+    const auto nested = [](int depth) {
+        std::string region = R"({"sphere": {"radius": 1}})";
+        for (int i = 0; i < depth; ++i) region = R"({"not": )" + region + "}";
+        return complaint(with(R"("pins": [)" + region + "]"));
+    };
+    EXPECT_EQ(nested(8), "");
+    EXPECT_EQ(
+        nested(9),
+        "bodies[0].pins[0].not.not.not.not.not.not.not.not.not: regions are made of regions 9 deep here; "
+        "allowed: 8 at most");
+    EXPECT_EQ(complaint(with(R"("pins": [{"any": [{"all": []}]}])")),
+              "bodies[0].pins[0].any[0].all: must be a list of regions, not empty");
+    EXPECT_EQ(
+        complaint(with(R"("pins": [{"any": [{"not": {"all": [{"near": {"body": "b", "distance": 1}}]}}]}])"))
+            .find("bodies[0].pins[0].any[0].not.all[0].near.body: "),
+        0u);
+}
+
 }  // namespace
 }  // namespace nbd

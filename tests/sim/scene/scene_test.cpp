@@ -1,12 +1,15 @@
 #include "sim/scene/scene.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <numbers>
+#include <regex>
 #include <set>
 #include <span>
 #include <string>
@@ -393,12 +396,19 @@ class SchemaKeys {
         return resolved(target);
     }
 
+    /// Regions may be made of regions, of which two levels tell all.
+    static bool is_too_deep(const std::string& name) {
+        const std::regex combination(R"(\.(all|any|not)(?=\[|\.|$))");
+        return std::distance(std::sregex_iterator(name.begin(), name.end(), combination), {}) > 2;
+    }
+
     void add(const json& object, const std::string& path) {
         const json schema = resolved(object);
         if (schema.contains("items")) add(schema["items"], path + "[]");
         if (!schema.contains("properties")) return;
         for (const auto& [key, value] : schema["properties"].items()) {
             const std::string name = path.empty() ? key : path + "." + key;
+            if (is_too_deep(name)) continue;
             keys[name] = resolved(value);
             add(value, name);
         }
@@ -466,15 +476,18 @@ std::vector<std::string> all_regions() {
                                           R"({"group": "core"})",
                                           R"({"nodes": [0, 7]})",
                                           R"({"faces": [3]})"};
-    std::vector<std::string> all = simple;
-    for (const std::string& one : simple) {
-        const std::string others = R"({"not": )" + one + "}";
-        all.push_back(others);
-        for (const char* how : {"all", "any"}) {
-            all.push_back(R"({")" + std::string(how) + R"(": [)" + one + "]}");
-            all.push_back(R"({")" + std::string(how) + R"(": [)" + others + "]}");
+    const auto combined = [](const std::vector<std::string>& regions) {
+        std::vector<std::string> made;
+        for (const std::string& one : regions) {
+            made.push_back(R"({"not": )" + one + "}");
+            for (const char* how : {"all", "any"}) made.push_back(fmt::format(R"({{"{}": [{}]}})", how, one));
         }
-    }
+        return made;
+    };
+    std::vector<std::string> all = simple;
+    const std::vector<std::string> once = combined(simple), twice = combined(once);
+    all.insert(all.end(), once.begin(), once.end());
+    all.insert(all.end(), twice.begin(), twice.end());
     return all;
 }
 
