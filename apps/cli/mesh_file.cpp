@@ -165,7 +165,7 @@ MeshedFile body_of(const std::filesystem::path& path, TriMesh surface, const Mes
 bool holds_tets(const std::filesystem::path& path) {
     const std::string extension = path.extension().string();
     return extension == ".msh" || extension == ".vtk" || extension == ".vtu" || extension == ".mesh" ||
-           extension == ".h5";
+           extension == ".inp" || extension == ".h5";
 }
 
 Body body_of_tets(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out) {

@@ -271,7 +271,7 @@ void add_mesh(CLI::App& app, Output& out) {
     command
         .add_option(
             "SURFACE", arguments.input,
-            "Surface (.obj .ply .stl .off .glb), tetrahedra made elsewhere (.msh .vtk .vtu .mesh), or a "
+            "Surface (.obj .ply .stl .off .glb), tetrahedra made elsewhere (.msh .mesh .vtk .vtu .inp), or a "
             "body file (.h5), of which the tetrahedra and the material are taken")
         ->required();
     command.add_option("-o,--output", arguments.output, "Body file to write")->required();

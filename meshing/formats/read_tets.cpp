@@ -22,10 +22,11 @@ TetFileContent read_file(const std::filesystem::path& path) {
                       : has_extension(path, ".mesh") ? read_medit
                       : has_extension(path, ".vtk")  ? read_vtk
                       : has_extension(path, ".vtu")  ? read_vtu
+                      : has_extension(path, ".inp")  ? read_inp
                                                      : nullptr;
     if (!read)
         throw std::runtime_error(
-            fmt::format("{}: tetrahedra are read from .msh, .mesh, .vtk and .vtu, not from '{}'",
+            fmt::format("{}: tetrahedra are read from .msh, .mesh, .vtk, .vtu and .inp, not from '{}'",
                         path.string(), path.extension().string()));
     FileCursor in(path);
     return read(in);
@@ -46,6 +47,10 @@ int drop_unused_nodes(TetFileContent& content) {
         for (int& node : tet) node = row[node];
     for (auto& triangle : content.triangles)
         for (int& node : triangle) node = row[node];
+    for (NodeSet& set : content.node_sets) {
+        for (int& node : set.nodes) node = row[node];
+        std::erase(set.nodes, -1);
+    }
     const int dropped = content.nodes.size() - kept;
     content.nodes.resize(kept);
     return dropped;
@@ -124,7 +129,7 @@ std::vector<TetGroup> groups_of(const TetFileContent& content) {
 
 /// Groups of boundary faces that the file has as triangles, by name, but for a single one of all of them
 /// without a name.
-std::vector<FaceGroup> face_groups_of(const TetFileContent& content, const TetMesh& tets) {
+std::vector<FaceGroup> face_groups_of(TetFileContent& content, const TetMesh& tets) {
     const Faces boundary = boundary_faces(tets);
     std::map<std::array<int, 3>, int> row;
     for (Eigen::Index f = 0; f < boundary.rows(); ++f) row[sorted_corners(boundary, f)] = static_cast<int>(f);
@@ -143,6 +148,21 @@ std::vector<FaceGroup> face_groups_of(const TetFileContent& content, const TetMe
         FaceGroup& group = found[name];
         group.name = name;
         group.faces.push_back(face->second);
+    }
+    for (const NodeSet& set : content.node_sets) {
+        std::vector<char> is_in(tets.X.rows(), 0);
+        for (const int node : set.nodes) is_in[node] = 1;
+        FaceGroup group{.name = set.name, .faces = {}};
+        for (int f = 0; f < boundary.rows(); ++f)
+            if (is_in[boundary(f, 0)] && is_in[boundary(f, 1)] && is_in[boundary(f, 2)])
+                group.faces.push_back(f);
+        if (group.faces.empty())
+            content.notes.push_back(
+                fmt::format("set {} of {} nodes left out: no face has all of its corners in it", set.name,
+                            set.nodes.size()));
+        else if (std::ssize(group.faces) < boundary.rows())
+            found.emplace(set.name, std::move(group));
+        has_names = true;
     }
     std::vector<FaceGroup> groups;
     for (auto& [name, group] : found) {
@@ -176,6 +196,7 @@ TetMesh read_tets(const std::filesystem::path& path, std::vector<std::string>* n
                     fmt::format("{} points, lines and surface cells left out", content.other_cells));
             if (dropped > 0) notes->push_back(fmt::format("{} nodes without a tetrahedron dropped", dropped));
             if (turned > 0) notes->push_back(fmt::format("{} tetrahedra turned to positive volume", turned));
+            notes->insert(notes->end(), content.notes.begin(), content.notes.end());
         }
         return tets;
     } catch (const std::runtime_error& error) {

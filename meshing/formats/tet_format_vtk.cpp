@@ -72,6 +72,46 @@ void add_cells(const VtkCells& cells, std::int64_t first_node, const FileCursor&
     }
 }
 
+bool names_groups(std::string_view array) {
+    constexpr std::string_view names[]{
+        "group",         "groups",    "region",        "regions",     "regionid",    "region_id",
+        "material",      "materials", "materialid",    "materialids", "material_id", "material_ids",
+        "gmsh:physical", "medit:ref", "cellentityids", "physicalids", "physical"};
+    std::string small(array);
+    std::ranges::transform(small, small.begin(),
+                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return std::ranges::find(names, small) != std::end(names);
+}
+
+void add_cell_groups(const VtkCells& cells, std::span<const std::int64_t> groups, std::int64_t first_node,
+                     std::size_t first_tet, const FileCursor& in, TetFileContent& content) {
+    constexpr std::int64_t vtk_triangle = 5;
+    content.group_of_tet.resize(content.tets.size(), 0);
+    for (std::size_t c = 0; c < groups.size(); ++c) {
+        const std::int64_t type = cells.types[c];
+        if (type != vtk_tetrahedron && type != vtk_triangle) continue;
+        constexpr std::int64_t most = std::numeric_limits<int>::max();
+        if (groups[c] < -most || groups[c] > most)
+            in.fail(fmt::format("cell {} is of group {}; allowed: {} to {}", c, groups[c], -most, most));
+        const int group = static_cast<int>(groups[c]);
+        if (type == vtk_tetrahedron) {
+            content.group_of_tet[first_tet++] = group;
+            continue;
+        }
+        if (group == 0) continue;
+        std::array<int, 3> triangle{};
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::int64_t node = cells.corners[cells.offsets[c] + k];
+            if (node < 0 || node >= std::ssize(content.nodes) - first_node)
+                in.fail(fmt::format("cell {} refers to point {}; allowed: 0 to {}", c, node,
+                                    std::ssize(content.nodes) - first_node - 1));
+            triangle[k] = static_cast<int>(first_node + node);
+        }
+        content.triangles.push_back(triangle);
+        content.group_of_triangle.push_back(group);
+    }
+}
+
 namespace {
 
 std::string upper(std::string_view word) {
@@ -104,6 +144,7 @@ class VtkReader {
                 cells = true;
             } else if (keyword == "CELL_TYPES" && cells) {
                 read_types();
+                read_attributes();
                 return std::move(content_);
             } else if (keyword == "METADATA") {
                 in_.line();
@@ -227,8 +268,105 @@ class VtkReader {
         add_cells(cells_, 0, in_, content_);
     }
 
+    /// Reads `numbers` numbers as whole ones, if they are those of the groups; else moves past them.
+    void read_numbers(std::string_view name, std::string_view type, std::size_t numbers, std::size_t each) {
+        const std::size_t bytes = bytes_of(type);
+        const bool is_whole = type != "float" && type != "double";
+        const bool is_group = is_of_cells_ && is_whole && each == 1 && !has_groups_ &&
+                              numbers == cells_.types.size() && names_groups(name);
+        if (!binary_) {
+            std::vector<std::int64_t> groups;
+            for (std::size_t i = 0; i < numbers; ++i)
+                if (is_group)
+                    groups.push_back(in_.int64());
+                else
+                    in_.word();
+            if (is_group) take_groups(groups);
+            return;
+        }
+        if (!is_group) return in_.skip(std::uint64_t{bytes} * numbers);
+        in_.read_binary(std::endian::native == std::endian::little);
+        std::vector<std::int64_t> groups(
+            in_.check_count(static_cast<std::int64_t>(numbers), "numbers", bytes));
+        const bool is_signed = !type.starts_with("unsigned") && !type.starts_with("vtktypeuint");
+        for (std::int64_t& group : groups)
+            group = bytes == 1
+                        ? is_signed ? std::int64_t{in_.number<std::int8_t>()} : in_.number<std::uint8_t>()
+                    : bytes == 2
+                        ? is_signed ? std::int64_t{in_.number<std::int16_t>()} : in_.number<std::uint16_t>()
+                    : bytes == 4
+                        ? is_signed ? std::int64_t{in_.int32()} : std::int64_t{in_.number<std::uint32_t>()}
+                        : in_.int64();
+        in_.read_text();
+        take_groups(groups);
+    }
+    void take_groups(const std::vector<std::int64_t>& groups) {
+        has_groups_ = true;
+        add_cell_groups(cells_, groups, 0, 0, in_, content_);
+    }
+
+    std::size_t size(const char* things) {
+        const std::int64_t n = in_.int64();
+        if (n < 0 || n > std::numeric_limits<int>::max())
+            in_.fail(
+                fmt::format("claims {} {}; allowed: 0 to {}", n, things, std::numeric_limits<int>::max()));
+        return n;
+    }
+
+    /// Data of cells and points, of which groups of cells are read. Ends at what it does not know.
+    void read_attributes() {
+        std::size_t rows = 0;
+        while (!in_.at_end()) {
+            const std::string keyword = upper(in_.word());
+            if (keyword == "CELL_DATA" || keyword == "POINT_DATA") {
+                rows = size("rows");
+                is_of_cells_ = keyword == "CELL_DATA";
+            } else if (keyword == "METADATA") {
+                in_.line();
+                while (in_.bytes_left() > 0 && !in_.line().empty()) {
+                }
+            } else if (keyword == "SCALARS") {
+                const std::string name(in_.word()), type(in_.word());
+                if (bytes_of(type) == 0) return;
+                std::size_t each = 1;
+                if (!in_.at_line_end()) each = size("components");
+                in_.line();
+                if (in_.is_next("LOOKUP_TABLE")) in_.line();
+                read_numbers(name, type, rows * each, each);
+            } else if (keyword == "VECTORS" || keyword == "NORMALS" || keyword == "TENSORS" ||
+                       keyword == "GLOBAL_IDS" || keyword == "PEDIGREE_IDS") {
+                const std::string name(in_.word()), type(in_.word());
+                if (bytes_of(type) == 0) return;
+                in_.line();
+                const std::size_t each = keyword == "TENSORS" ? 9 : keyword.ends_with("_IDS") ? 1 : 3;
+                read_numbers("", type, rows * each, each);
+            } else if (keyword == "FIELD") {
+                in_.word();  // a name
+                const std::size_t arrays = size("arrays");
+                for (std::size_t array = 0; array < arrays; ++array) {
+                    std::string name(in_.word());
+                    if (name == "METADATA") {  // of the array before
+                        in_.line();
+                        while (in_.bytes_left() > 0 && !in_.line().empty()) {
+                        }
+                        name = in_.word();
+                    }
+                    const std::size_t each = size("components"), tuples = size("rows");
+                    const std::string type(in_.word());
+                    if (bytes_of(type) == 0) return;
+                    if (each > 0 && tuples > std::numeric_limits<int>::max() / each)
+                        in_.fail(fmt::format("a field of {} times {} numbers", tuples, each));
+                    if (binary_) in_.line();
+                    read_numbers(name, type, tuples * each, each);
+                }
+            } else {
+                return;
+            }
+        }
+    }
+
     FileCursor& in_;
-    bool binary_ = false;
+    bool binary_ = false, is_of_cells_ = false, has_groups_ = false;
     TetFileContent content_;
     VtkCells cells_;
 };

@@ -29,7 +29,7 @@ struct DataArray {
 struct Piece {
     std::size_t tag = 0;  // where it begins
     std::size_t points = 0, cells = 0;
-    std::optional<DataArray> positions{}, connectivity{}, offsets{}, types{};
+    std::optional<DataArray> positions{}, connectivity{}, offsets{}, types{}, groups{};
 };
 
 enum class Kind { integer, unsigned_integer, real };
@@ -124,7 +124,7 @@ class VtuReader {
                 has_end = true;
             } else if (tag.name == "Piece" && !tag.closes) {
                 pieces_.push_back({tag.begin, count(tag, "NumberOfPoints"), count(tag, "NumberOfCells")});
-            } else if (tag.name == "Points" || tag.name == "Cells") {
+            } else if (tag.name == "Points" || tag.name == "Cells" || tag.name == "CellData") {
                 section = tag.closes || tag.is_empty ? std::string_view{} : tag.name;
             } else if (tag.name == "DataArray" && !tag.closes && !section.empty() && !pieces_.empty()) {
                 add_array(section, tag);
@@ -143,6 +143,13 @@ class VtuReader {
             return;
         }
         const std::string_view name = attribute(tag, "Name", "");
+        if (section == "CellData") {
+            const auto type = std::ranges::find(number_types, attribute(tag, "type"), &NumberType::name);
+            if (!piece.groups && names_groups(name) && type != std::end(number_types) &&
+                type->kind != Kind::real && attribute(tag, "NumberOfComponents", "1") == "1")
+                piece.groups = array;
+            return;
+        }
         if (name == "connectivity") piece.connectivity = array;
         if (name == "offsets") piece.offsets = array;
         if (name == "types") piece.types = array;
@@ -357,7 +364,13 @@ class VtuReader {
         cells.corners = numbers<std::int64_t>(piece.connectivity, "corners of cells", corners, piece);
         cells.types = numbers<std::int64_t>(piece.types, "types of cells", piece.cells, piece);
         in_.move_to(piece.tag);
+        const std::size_t first_tet = content_.tets.size();
         add_cells(cells, first_node, in_, content_);
+        if (piece.groups)
+            add_cell_groups(cells, numbers<std::int64_t>(piece.groups, "groups", piece.cells, piece),
+                            first_node, first_tet, in_, content_);
+        else if (!content_.group_of_tet.empty())
+            content_.group_of_tet.resize(content_.tets.size(), 0);
     }
 
     FileCursor& in_;

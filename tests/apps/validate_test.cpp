@@ -32,7 +32,7 @@ TEST_F(ValidateTest, ReportsEveryProblemOfEveryScene) {
         "bad.json: bodies[4]: unknown key \"velosity\"; the nearest known one is \"velocity\"\n"
         "bad.json: time.dt: must be a number, not \"small\"\n"
         "bad.json: bodies[2]: none.h5: no such file\n"
-        "bad.json: bodies[3]: box.obj: tetrahedra are read from .msh, .mesh, .vtk and .vtu, not from '.obj'\n"
+        "bad.json: bodies[3]: box.obj: tetrahedra are read from .msh, .mesh, .vtk, .vtu and .inp, not from '.obj'\n"
         "bad.json: bodies[0].pins[0]: the region holds no node of the body\n"
         "bad.json: obstacles[1]: none.obj: no such file\n"
         "bad.json: bodies[1]: overlaps bodies[0] at the start: 60 pairs of faces cross; \"resolve_start\": "

@@ -85,6 +85,7 @@ constexpr std::array list{
     Reader{"mesh", ".mesh", [](const fs::path& file) { read_tets(file); }, plain},
     Reader{"vtk", ".vtk", [](const fs::path& file) { read_tets(file); }, plain},
     Reader{"vtu", ".vtu", [](const fs::path& file) { read_tets(file); }, deflated},
+    Reader{"inp", ".inp", [](const fs::path& file) { read_tets(file); }, plain},
     Reader{"scene", ".json", [](const fs::path& file) { parse_scene(text_of(file), file.parent_path()); },
            plain},
     Reader{"recipe", ".json", [](const fs::path& file) { parse_recipe_ranges(text_of(file)); }, plain},

@@ -93,7 +93,7 @@ void bind_surfaces(py::module_& m) {
           "positions are rounded to float32.");
     m.def(
         "read_tets", [](const path& file) { return read_tets(file); }, py::arg("path"), Computes(),
-        "Reads tetrahedra made by another program: .msh, .mesh, .vtk or .vtu.");
+        "Reads tetrahedra made by another program: .msh, .mesh, .vtk, .vtu or .inp.");
     m.def("make_solid_boundary", &solid_boundary, py::arg("surface"), py::arg("allow_components") = false,
           py::arg("allow_self_intersection") = false, Computes(),
           "Checks that a surface bounds a solid, drops unused vertices and turns faces outward. "
