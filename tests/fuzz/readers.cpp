@@ -50,6 +50,7 @@ void read_recording(const fs::path& file) {
         if (frames > 0) recording.read(t, frames - 1, 1, x);
         if (frames > 0) recording.read_extras(t, 0, 1);
     }
+    recording.reactions();
 }
 
 /// A tree that loads must bear a pose.
