@@ -78,7 +78,7 @@ class SceneTrajectories::Started : public Trajectory {
             fmt::format("the start intersects with all of {} draws: {}", refused_.size(), refused_.back());
     }
 
-    std::string recipe() const override { return all_.recipe_text(index_, values_, refused_, moved_); }
+    std::string recipe() const override { return all_.recipe_text(body_, values_, refused_, moved_); }
     int steps_per_frame() const override { return refinement_ * time_.steps_per_frame; }
 
     TrajectoryResult run(const OnFrame& on_frame) override {
@@ -91,7 +91,6 @@ class SceneTrajectories::Started : public Trajectory {
         for (const StartFault& fault : start_faults(*world_, labels_))
             if (fault.overlaps && result.start_fault.empty()) result.start_fault = fault.text;
         const double dt = time_.dt / refinement_;
-        const int body = all_.recorded(index_);
         for (; result.frames < all_.frames_; ++result.frames) {
             int troubled = 0, contacts = 0;
             for (int step = 0; step < steps_per_frame(); ++step) {
@@ -101,7 +100,7 @@ class SceneTrajectories::Started : public Trajectory {
                 troubled += spoils_pose(report.trouble);
                 contacts = report.contacts;
             }
-            on_frame({world_->time(), world_->state(body).x, contacts, troubled, *world_, body});
+            on_frame({world_->time(), world_->state(body_).x, contacts, troubled, *world_, body_});
         }
         return result;
     }
@@ -111,6 +110,7 @@ class SceneTrajectories::Started : public Trajectory {
     std::string begin() {
         const NoNotices told;
         SceneSpec spec = all_.scene_of(values_);
+        body_ = all_.recorded_in(spec, index_);
         std::vector<LoadedBody> bodies = all_.load(spec);
         make_trees(spec, bodies);
         spec = local_scene(std::move(spec), bodies, all_.origin_);
@@ -124,6 +124,7 @@ class SceneTrajectories::Started : public Trajectory {
 
     const SceneTrajectories& all_;
     int index_, refinement_;
+    int body_ = 0;  // that is recorded
     SceneValues values_;
     std::vector<std::string> refused_, moved_, labels_;
     std::string failure_;
@@ -146,7 +147,7 @@ SceneTrajectories::SceneTrajectories(SceneTemplate scene, const SceneDataset& co
     all.push_back(scene_.draw(config.seed, 0));
     for (const SceneValues& values : all) {
         const SceneSpec spec = scene_of(values);
-        check_recorded(spec);
+        check_recorded(values, spec);
         for (std::filesystem::path& input : scene_inputs(spec)) inputs.insert(std::move(input));
     }
     inputs_.assign(inputs.begin(), inputs.end());
@@ -171,25 +172,55 @@ SceneTrajectories::SceneTrajectories(SceneTemplate scene, const SceneDataset& co
 
 void SceneTrajectories::find_recorded(const SceneSpec& spec) {
     std::vector<std::string> names;
-    for (int b = 0; b < std::ssize(spec.bodies); ++b) {
-        names.push_back(spec.bodies[b].name);
-        if (config_.body.empty() || config_.body == names.back()) recorded_.push_back(b);
-    }
+    for (const SceneBody& body : spec.bodies) names.push_back(body.name);
+    recorded_ = named(spec);
     if (recorded_.empty())
         throw std::invalid_argument(
             fmt::format("has no body \"{}\" whose poses could be recorded; allowed: {}", config_.body,
                         fmt::join(names, ", ")));
     name_ = names[recorded_.front()];
-    for (const int b : recorded_) refuse_drawn(scene_.scene()["bodies"][b], b);
+    entry_ = scene_.entries_of(scene_.draw(config_.seed, 0))[recorded_.front()];
 }
 
-void SceneTrajectories::check_recorded(const SceneSpec& spec) const {
-    for (const int b : recorded_)
+/// The bodies of a scene that have the name, or all.
+std::vector<int> SceneTrajectories::named(const SceneSpec& spec) const {
+    std::vector<int> bodies;
+    for (int b = 0; b < std::ssize(spec.bodies); ++b)
+        if (config_.body.empty() || config_.body == spec.bodies[b].name) bodies.push_back(b);
+    return bodies;
+}
+
+/// The body that a trajectory records. Throws std::invalid_argument if the scene has none of the name.
+int SceneTrajectories::recorded_in(const SceneSpec& spec, int index) const {
+    const std::vector<int> bodies = named(spec);
+    if (bodies.empty())
+        throw std::invalid_argument(fmt::format("there is no body \"{}\" to be recorded", name_));
+    return bodies[index % bodies.size()];
+}
+
+/// What holds for each scene of the template.
+void SceneTrajectories::check_recorded(const SceneValues& values, const SceneSpec& spec) const {
+    const std::vector<int> recorded = named(spec), entries = scene_.entries_of(values);
+    if (recorded.empty())
+        throw std::invalid_argument(
+            fmt::format("has no body \"{}\" to be recorded (with {}); allowed: a count of 1 or more", name_,
+                        values_text(values)));
+    const nlohmann::json& bodies = scene_.scene()["bodies"];
+    for (const int b : recorded) {
+        refuse_drawn(bodies[entries[b]], b);
+        for (const char* key : {"body", "surface", "tets", "meshing"})
+            if (bodies[entries[b]].value(key, nlohmann::json()) !=
+                bodies[entry_].value(key, nlohmann::json()))
+                throw std::invalid_argument(fmt::format(
+                    "bodies[{}]: is made otherwise than bodies[{}], so their poses are not of one body; allowed: to name "
+                    "one whose poses are recorded (--body), or bodies of the same file and meshing",
+                    entries[b], entry_));
         if (spec.bodies[b].placement.scale != 1)
             throw std::invalid_argument(fmt::format(
                 "bodies[{}].transform.scale: is {}, but the poses of this body are recorded; allowed: 1, and "
                 "meshing.scale for another size",
                 b, spec.bodies[b].placement.scale));
+    }
 }
 
 SceneSpec SceneTrajectories::scene_of(const SceneValues& values) const {
@@ -216,13 +247,17 @@ std::unique_ptr<Trajectory> SceneTrajectories::start(int index, int refinement) 
 }
 
 std::string SceneTrajectories::recipe(int index) const {
-    return recipe_text(index, scene_.draw(config_.seed, index), {}, {});
+    const SceneValues values = scene_.draw(config_.seed, index);
+    const int body =
+        scene_.has_counts() ? recorded_in(scene_of(values), index) : recorded_[index % recorded_.size()];
+    return recipe_text(body, values, {}, {});
 }
 
-std::string SceneTrajectories::recipe_text(int index, const SceneValues& values,
+/// body: that is recorded.
+std::string SceneTrajectories::recipe_text(int body, const SceneValues& values,
                                            const std::vector<std::string>& refused,
                                            const std::vector<std::string>& moved) const {
-    nlohmann::ordered_json json{{"kind", "scene"}, {"body", recorded(index)}, {"draw", refused.size()}};
+    nlohmann::ordered_json json{{"kind", "scene"}, {"body", body}, {"draw", refused.size()}};
     json["variables"] = nlohmann::ordered_json(values);
     if (!refused.empty()) json["refused_draws"] = refused;
     if (!moved.empty()) json["moved_at_start"] = moved;

@@ -24,7 +24,7 @@ struct SceneDataset {
 };
 
 /// Trajectories that are drawn from a scene with variables. Each records the poses of one body; of several
-/// with the name, trajectory k records the k-th, in turn.
+/// with the name, trajectory k records the k-th of those that it has, in turn.
 class SceneTrajectories : public TrajectorySource {
  public:
     /// Reads the bodies that are recorded. Throws std::invalid_argument, one line, where values at the ends
@@ -54,16 +54,18 @@ class SceneTrajectories : public TrajectorySource {
  private:
     class Started;
     void find_recorded(const SceneSpec& spec);
-    void check_recorded(const SceneSpec& spec) const;
+    void check_recorded(const SceneValues& values, const SceneSpec& spec) const;
+    std::vector<int> named(const SceneSpec& spec) const;
+    int recorded_in(const SceneSpec& spec, int index) const;
     SceneSpec scene_of(const SceneValues& values) const;
     std::vector<LoadedBody> load(const SceneSpec& spec) const;
-    int recorded(int index) const { return recorded_[index % recorded_.size()]; }
-    std::string recipe_text(int index, const SceneValues& values, const std::vector<std::string>& refused,
+    std::string recipe_text(int body, const SceneValues& values, const std::vector<std::string>& refused,
                             const std::vector<std::string>& moved) const;
 
     SceneTemplate scene_;
     SceneDataset config_;
-    std::vector<int> recorded_;  // bodies
+    std::vector<int> recorded_;  // bodies of trajectory 0
+    int entry_ = 0;              // in the scene's `bodies`, of the first of these
     std::string name_;           // of the recorded bodies
     std::shared_ptr<const Body> body_;
     std::filesystem::path body_file_;

@@ -113,6 +113,9 @@ void read_bounds(JsonObject& from, const std::filesystem::path& base, SceneBody&
 
 SceneBody read_body(JsonObject& from, const std::filesystem::path& base) {
     SceneBody body;
+    from.integer("count", 1, {0, 1000, "between 0 and 1000"});
+    if (from.has("count"))
+        from.problem("count", "is for scenes with \"variables\", in whose copies they differ");
     read_source(from, base, body);
     body.name = from.text("name", "");
     if (body.name.empty()) body.name = body.file.stem().string();

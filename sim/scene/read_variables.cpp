@@ -95,6 +95,7 @@ std::string read_name(JsonObject& from) {
         return std::isalnum(c) != 0 || c == '_';
     });
     if (!is_word) from.problem("name", "must be of letters, digits and underscores");
+    if (name == copy_variable) from.problem("name", "\"copy\" is the number of a copy of a body");
     return name;
 }
 
@@ -117,6 +118,8 @@ std::vector<SceneVariable> read_variables(JsonObject& from) {
             entry.choice("rotation", "any", {"any"});
             variable.law = RotationLaw();
         }
+        variable.copies =
+            static_cast<int>(entry.integer("copies", 0, {0, most_copies, "between 0 and 1000"}));
         entry.finish();
         variables.push_back(std::move(variable));
     }

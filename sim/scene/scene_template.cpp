@@ -5,8 +5,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <set>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
@@ -76,8 +78,51 @@ std::uint64_t bits_of(std::string_view name) {
 /// Puts values in the place of the variables of a scene.
 class ValueFiller {
  public:
-    ValueFiller(const SceneValues& values, JsonReading& reading) : values_(values), reading_(reading) {
+    ValueFiller(const SceneValues& values, std::span<const SceneVariable> variables, JsonReading& reading)
+        : values_(values), reading_(reading) {
         for (const auto& [name, value] : values.items()) names_.push_back(name);
+        for (const SceneVariable& variable : variables) copies_[variable.name] = variable.copies;
+    }
+
+    /// once: whether each body is there once, whatever its `count`.
+    void fill_scene(Json& scene, bool once = false) {
+        if (!scene.is_object()) return fill(scene, "");
+        for (const auto& [key, entry] : scene.items())
+            if (key == "bodies" && entry.is_array())
+                fill_bodies(entry, once);
+            else
+                fill(entry, key);
+    }
+    /// The places in the template's `bodies` of those that fill_scene() has left.
+    const std::vector<int>& entries() const { return entries_; }
+    const std::set<std::string>& used() const { return used_; }
+
+ private:
+    void fill_bodies(Json& bodies, bool once) {
+        Json all = Json::array();
+        for (std::size_t i = 0; i < bodies.size(); ++i) {
+            const std::string path = fmt::format("bodies[{}]", i);
+            const bool is_counted = bodies[i].is_object() && bodies[i].contains("count");
+            const int count = is_counted ? count_of(bodies[i]["count"], path) : 1;
+            if (is_counted) bodies[i].erase("count");
+            for (int k = 0; k < (once ? 1 : count); ++k) {
+                copy_ = is_counted ? k : -1;
+                all.push_back(bodies[i]);
+                fill(all.back(), path);
+                entries_.push_back(static_cast<int>(i));
+            }
+            copy_ = -1;
+        }
+        bodies = std::move(all);
+    }
+
+    int count_of(Json count, const std::string& body) {
+        fill(count, body + ".count");
+        if (count.is_number_integer() && count >= 0 && count <= most_copies) return count.get<int>();
+        reading_.problems.push_back(
+            fmt::format("{}.count: is {}, but must be a whole number between 0 and {}", body,
+                        shortened(count.dump(), 60), most_copies));
+        return 1;
     }
 
     void fill(Json& value, const std::string& path) {
@@ -90,26 +135,45 @@ class ValueFiller {
         }
     }
 
-    const std::set<std::string>& used() const { return used_; }
+    /// The value of a variable in this copy; null where it has none.
+    const Json* find_value(const std::string& name, const JsonObject& from) {
+        const auto refuse = [&](const std::string& what) {
+            from.problem("var", what);
+            return nullptr;
+        };
+        const auto copies = copies_.find(name);
+        const bool is_number = name == copy_variable,
+                   has_copies = copies != copies_.end() && copies->second > 0;
+        if ((is_number || has_copies) && copy_ < 0)
+            return refuse(
+                fmt::format("\"{}\" differs from copy to copy; allowed: in a body with \"count\"", name));
+        if (is_number) return &(number_ = copy_);
+        const auto found = values_.find(name);
+        if (found == values_.end())
+            return refuse(fmt::format("is {}, which is no variable{}", shortened(Json(name).dump(), 60),
+                                      nearest_hint(name, names_, "; the nearest is \"{}\"")));
+        if (!has_copies) return &*found;
+        if (copy_ >= copies->second)
+            return refuse(fmt::format("\"{}\" has {} copies, but the body has more", name, copies->second));
+        const auto own = found->is_object() ? found->find(std::to_string(copy_)) : found->end();
+        if (own == found->end()) return refuse(fmt::format("\"{}\" has no value for copy {}", name, copy_));
+        return &*own;
+    }
 
- private:
     Json value_of(JsonObject from) {
         const std::string name = from.text("var", "");
-        const auto found = values_.find(name);
-        const bool is_number = found != values_.end() && found->is_number(),
-                   is_vector = found != values_.end() && found->is_array() && found->size() == 3 &&
+        const Json* found = find_value(name, from);
+        const bool is_number = found && found->is_number(),
+                   is_vector = found && found->is_array() && found->size() == 3 &&
                                std::ranges::all_of(*found, [](const Json&c) { return c.is_number(); });
-        if (found == values_.end())
-            from.problem("var", fmt::format("is {}, which is no variable{}", shortened(Json(name).dump(), 60),
-                                            nearest_hint(name, names_, "; the nearest is \"{}\"")));
         used_.insert(name);
         const bool is_moved = from.has("times") || from.has("plus");
-        if (is_moved && found != values_.end() && !is_number && !is_vector)
+        if (is_moved && found && !is_number && !is_vector)
             from.problem(
                 "",
                 fmt::format("\"times\" and \"plus\" are for numbers and vectors of three, but \"{}\" is {}",
                             name, shortened(found->dump(), 60)));
-        Json result = found != values_.end() ? *found : Json(0);
+        Json result = found ? *found : Json(0);
         if (is_number && is_moved) result = moved_number(from, *found);
         if (is_vector && is_moved) result = moved_vector(from, *found);
         from.finish();
@@ -137,7 +201,11 @@ class ValueFiller {
     const SceneValues& values_;
     JsonReading& reading_;
     std::vector<std::string> names_;
+    std::map<std::string, int> copies_;  // by name; 0: it has one value
     std::set<std::string> used_;
+    std::vector<int> entries_;
+    int copy_ = -1;  // of the body that is filled; -1: it has no count
+    Json number_;    // of the copy
 };
 
 /// A value for messages, with four digits.
@@ -166,8 +234,8 @@ SceneTemplate::SceneTemplate(std::string_view text, std::filesystem::path base,
     if (reading.problems.empty()) {
         const SceneValues values = draw(0, 0);
         Json sample = scene_;
-        ValueFiller filler(values, reading);
-        filler.fill(sample, "");
+        ValueFiller filler(values, variables_, reading);
+        filler.fill_scene(sample, true);
         for (const SceneVariable& variable : variables_)
             if (!filler.used().contains(variable.name))
                 reading.problems.push_back(
@@ -181,9 +249,14 @@ SceneValues SceneTemplate::draw(std::uint64_t seed, int trajectory, int again) c
     const std::uint64_t stream =
         static_cast<std::uint64_t>(trajectory) + (static_cast<std::uint64_t>(again) << 32);
     SceneValues values = SceneValues::object();
-    for (const SceneVariable& variable : variables_)
-        values[variable.name] = std::visit(
-            ValueDraw{CounterRandom(mix_bits(seed) ^ bits_of(variable.name), stream)}, variable.law);
+    for (const SceneVariable& variable : variables_) {
+        const auto value_of = [&](const std::string& name) {
+            return std::visit(ValueDraw{CounterRandom(mix_bits(seed) ^ bits_of(name), stream)}, variable.law);
+        };
+        if (variable.copies == 0) values[variable.name] = value_of(variable.name);
+        for (int k = 0; k < variable.copies; ++k)
+            values[variable.name][std::to_string(k)] = value_of(fmt::format("{}[{}]", variable.name, k));
+    }
     return values;
 }
 
@@ -193,15 +266,31 @@ std::vector<SceneValues> SceneTemplate::extremes(std::uint64_t seed) const {
     for (const SceneVariable& variable : variables_)
         for (const Json& value : std::visit(ExtremeValues(), variable.law)) {
             all.push_back(drawn);
-            all.back()[variable.name] = value;
+            if (variable.copies == 0) all.back()[variable.name] = value;
+            for (int k = 0; k < variable.copies; ++k) all.back()[variable.name][std::to_string(k)] = value;
         }
     return all;
+}
+
+bool SceneTemplate::has_counts() const {
+    const auto bodies = scene_.find("bodies");
+    return bodies != scene_.end() && std::ranges::any_of(*bodies, [](const Json& body) {
+               return body.is_object() && body.contains("count");
+           });
+}
+
+std::vector<int> SceneTemplate::entries_of(const SceneValues& values) const {
+    JsonReading reading;
+    Json scene = scene_;
+    ValueFiller filler(values, variables_, reading);
+    filler.fill_scene(scene);
+    return filler.entries();
 }
 
 std::string SceneTemplate::text_with(const SceneValues& values) const {
     JsonReading reading;
     Json scene = scene_;
-    ValueFiller(values, reading).fill(scene, "");
+    ValueFiller(values, variables_, reading).fill_scene(scene);
     if (!reading.problems.empty()) throw std::invalid_argument(reading.problems.front());
     return scene.dump(2);
 }

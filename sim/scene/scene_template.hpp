@@ -43,16 +43,24 @@ struct SceneVariable {
     std::string key;  // "variables[1]", for messages
     std::string name;
     std::variant<UniformLaw, IntegerLaw, ChoiceLaw, DirectionLaw, RotationLaw> law;
+    int copies = 0;  // values, one for each copy of a body; 0: one value for all
 };
 
 /// Reads `variables`.
 std::vector<SceneVariable> read_variables(JsonObject& from);
 
-/// Values of all variables: a JSON object with their names.
+/// The variable that stands for the number of a copy of a body, from 0 on.
+inline constexpr const char* copy_variable = "copy";
+/// Most copies of a body.
+inline constexpr int most_copies = 1000;
+
+/// Values of all variables: a JSON object with their names. That of a variable with copies is an object with
+/// their numbers: "0", "1", ...
 using SceneValues = nlohmann::json;
 
 /// A scene in which {"var": "name"} stands for the value of a variable, times `times` and plus `plus` where
-/// they stand beside it. With values it is a scene as others.
+/// they stand beside it. A body with `count`, a number or a variable, stands for so many, in which variables
+/// with copies have their own values. With values it is a scene as others.
 class SceneTemplate {
  public:
     /// Reads a scene with `variables`. problems: gets one line, JSON path first, for each thing that is wrong
@@ -72,6 +80,11 @@ class SceneTemplate {
     /// Values at the ends of the ranges, and all choices: of one variable after another, the others as drawn
     /// for trajectory 0.
     std::vector<SceneValues> extremes(std::uint64_t seed) const;
+
+    /// Whether a body has `count`.
+    bool has_counts() const;
+    /// The places in the template's `bodies` of the bodies of the scene with these values.
+    std::vector<int> entries_of(const SceneValues& values) const;
 
     /// Text of the scene with these values, and what parse_scene() and read_scene() make of it.
     std::string text_with(const SceneValues& values) const;

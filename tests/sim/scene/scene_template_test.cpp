@@ -222,5 +222,106 @@ TEST(SceneComments, AreLeftOut) {
     EXPECT_EQ(test::complaint("{ /* a\n b */ \"bodies\" 1}").substr(0, 18), "line 2, column 16:");
 }
 
+/// A scene of a body that is there n times, and one that is there once.
+std::string counted_scene(const std::string& count, const std::string& variables,
+                          const std::string& in_body) {
+    return R"({"variables": [)" + variables + R"(], "bodies": [{"body": "one.h5"},
+        {"body": "many.h5", "name": "many", "count": )" +
+           count + ", " + in_body + "}]}";
+}
+
+SceneTemplate counted(const std::string& count, const std::string& variables, const std::string& in_body) {
+    std::vector<std::string> problems;
+    SceneTemplate result(counted_scene(count, variables, in_body), "", problems);
+    EXPECT_EQ(problems, std::vector<std::string>());
+    return result;
+}
+
+const std::string three_variables =
+    R"({"name": "n", "integer": [0, 5]}, {"name": "place", "uniform": [[0, 0, 0], [1, 1, 1]], "copies": 5},
+       {"name": "young", "log_uniform": [1e3, 1e6]})";
+const std::string varied_body =
+    R"("transform": {"translate": {"var": "place", "times": 2}}, "material": {"young": {"var": "young"}},
+       "velocity": [0, 0, {"var": "copy", "times": 0.5, "plus": 1}])";
+
+TEST(CountedBodies, AreThereAsOftenAsDrawnWithValuesOfTheirOwn) {
+    const SceneTemplate scene = counted(R"({"var": "n"})", three_variables, varied_body);
+    EXPECT_TRUE(scene.has_counts());
+    std::set<int> counts;
+    for (int i = 0; i < 40; ++i) {
+        const SceneValues values = scene.draw(3, i);
+        const int n = values["n"];
+        counts.insert(n);
+        const SceneSpec spec = scene.scene_with(values);
+        ASSERT_EQ(std::ssize(spec.bodies), 1 + n);
+        std::vector<int> entries{0};
+        entries.insert(entries.end(), n, 1);
+        EXPECT_EQ(scene.entries_of(values), entries);
+        ASSERT_EQ(values["place"].size(), 5u) << "whatever n is";
+        for (int k = 0; k < n; ++k) {
+            const SceneBody& body = spec.bodies[1 + k];
+            const auto place = values["place"][std::to_string(k)].get<std::vector<double>>();
+            EXPECT_EQ(body.placement.translate, 2 * Eigen::Vector3d(place[0], place[1], place[2]));
+            EXPECT_EQ(body.velocity.z(), 1 + 0.5 * k);
+            EXPECT_EQ(body.material.young, values["young"].get<double>());
+            EXPECT_EQ(body.name, "many");
+        }
+        EXPECT_NE(values["place"]["0"], values["place"]["1"]);
+    }
+    EXPECT_EQ(counts, (std::set{0, 1, 2, 3, 4, 5}));
+    // The values of a copy do not depend on how many copies there may be.
+    const SceneTemplate fewer =
+        counted("2", R"({"name": "place", "uniform": [[0, 0, 0], [1, 1, 1]], "copies": 2})",
+                R"("velocity": {"var": "place"})");
+    EXPECT_EQ(fewer.draw(3, 7)["place"]["1"], scene.draw(3, 7)["place"]["1"]);
+    EXPECT_EQ(fewer.scene_with(fewer.draw(3, 7)).bodies.size(), 3u);
+    EXPECT_FALSE(made(R"({"name": "x", "uniform": [0, 1]})", R"("margin": {"var": "x"})").has_counts());
+}
+
+TEST(CountedBodies, HaveTheEndsOfTheirRangesInAllCopies) {
+    const SceneTemplate scene = counted(R"({"var": "n"})", three_variables, varied_body);
+    const std::vector<SceneValues> extremes = scene.extremes(1);
+    ASSERT_EQ(extremes.size(), 6u);
+    EXPECT_EQ(extremes[0]["n"], 0);
+    EXPECT_EQ(extremes[1]["n"], 5);
+    EXPECT_EQ(extremes[3]["place"]["4"], nlohmann::json({1.0, 1.0, 1.0}));
+    EXPECT_EQ(extremes[3]["place"]["0"], extremes[3]["place"]["4"]);
+}
+
+TEST(CountedBodies, AreRefusedWhereTheyAreWrong) {
+    const auto refusal = [](const std::string& count, const std::string& variables,
+                            const std::string& in_body, const SceneValues& values) {
+        return test::refusal([&] { counted(count, variables, in_body).text_with(values); });
+    };
+    const std::string n = R"({"name": "n", "uniform": [0, 5]})", used = R"("margin": {"var": "n"})";
+    EXPECT_EQ(refusal(R"({"var": "n"})", n, used, {{"n", 2.5}}),
+              "bodies[1].count: is 2.5, but must be a whole number between 0 and 1000");
+    EXPECT_EQ(refusal("1001", n, used, {{"n", 1}}),
+              "bodies[1].count: is 1001, but must be a whole number between 0 and 1000");
+    EXPECT_EQ(refusal(R"({"var": "n"})",
+                      R"({"name": "n", "integer": [1, 3]}, {"name": "v", "uniform": [0, 1], "copies": 2})",
+                      R"("margin": {"var": "v"})", {{"n", 3}, {"v", {{"0", 0.1}, {"1", 0.2}}}}),
+              "bodies[1].margin.var: \"v\" has 2 copies, but the body has more");
+    EXPECT_EQ(refusal("2", R"({"name": "v", "uniform": [0, 1], "copies": 2})", R"("margin": {"var": "v"})",
+                      {{"v", {{"0", 0.1}}}}),
+              "bodies[1].margin.var: \"v\" has no value for copy 1");
+    EXPECT_EQ(
+        problems_of(R"({"name": "v", "uniform": [0, 1], "copies": 2})", R"("margin": {"var": "v"})"),
+        std::vector<std::string>{
+            "bodies[0].margin.var: \"v\" differs from copy to copy; allowed: in a body with \"count\""});
+    EXPECT_EQ(
+        problems_of(R"({"name": "x", "uniform": [0, 1]})",
+                    R"("margin": {"var": "x"}, "velocity": [0, 0, {"var": "copy"}])"),
+        std::vector<std::string>{
+            "bodies[0].velocity[2].var: \"copy\" differs from copy to copy; allowed: in a body with \"count\""});
+    EXPECT_EQ(problems_of(R"({"name": "copy", "uniform": [0, 1]})", R"("margin": {"var": "copy"})").front(),
+              "variables[0].name: \"copy\" is the number of a copy of a body");
+    EXPECT_EQ(
+        problems_of(R"({"name": "x", "uniform": [0, 1], "copies": -1})", R"("margin": {"var": "x"})").front(),
+        "variables[0].copies: is -1, but must be between 0 and 1000");
+    EXPECT_EQ(test::complaint(with(R"("count": 2)")),
+              "bodies[0].count: is for scenes with \"variables\", in whose copies they differ");
+}
+
 }  // namespace
 }  // namespace nbd
