@@ -55,7 +55,7 @@ class SchemaPage:
                 return "list"
             item, shared_item = self.resolved(value["items"])
             if item["type"] == "number":
-                return "three numbers"
+                return "two numbers" if value.get("maxItems") == 2 else "three numbers"
             if item["type"] == "integer":
                 return "list of whole numbers"
             if item["type"] == "string":
