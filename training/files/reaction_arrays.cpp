@@ -66,6 +66,9 @@ void ReactionArrays::add(std::span<const RecordedReaction> rows) {
         if (const std::string defect = row_defect(row, last_); !defect.empty())
             throw std::invalid_argument(fmt::format("{}: has {}", file_.path().string(), defect));
         last_ = row;
+        // In the order of the rows, whatever parts they come in.
+        number_of(row.kind);
+        number_of(row.by);
     }
     if (rows.empty()) return;
     std::vector<double> numbers;
