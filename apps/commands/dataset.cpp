@@ -110,17 +110,6 @@ Body load_source(const DatasetArguments& arguments, DatasetPlan& plan) {
     return plan.scene->body();
 }
 
-/// File of the body whose poses are recorded, for training. A body that a scene makes gets one in the
-/// dataset's folder.
-std::filesystem::path body_file(const DatasetArguments& arguments, const DatasetPlan& plan,
-                                const ShardFolder& folder, const Body& body) {
-    if (!plan.scene) return arguments.source;
-    if (!plan.scene->body_file().empty()) return plan.scene->body_file();
-    const std::filesystem::path file = folder.path() / "body.h5";
-    if (!std::filesystem::exists(file)) save_body(file, body);
-    return file;
-}
-
 /// Writes the card and the tables of a merged dataset. Every rank does, since any other may have been killed.
 void write_summaries(const DatasetArguments& arguments, const ShardFolder& folder, const Body& body,
                      const std::filesystem::path& body_file) {
@@ -149,7 +138,7 @@ void report(const DatasetArguments& arguments, const ShardFolder& folder, const 
     if (failed == folder.trajectories())
         throw std::runtime_error(fmt::format(
             "{}: every trajectory failed, so there is nothing to train on; nbdtree inspect says why, "
-            "weaker forces (--strength) may help",
+            "shorter steps or weaker forces may help",
             arguments.output));
 }
 
@@ -192,7 +181,8 @@ void run(const DatasetArguments& arguments, Output& out) {
 
     const bool alone = shard.count == 1 && rank.count == 1;
     const int processes = shard.count * rank.count, process = shard.number * rank.count + rank.number;
-    const std::filesystem::path trained = body_file(arguments, plan, folder, body);
+    const std::filesystem::path trained =
+        plan.scene ? plan.scene->body_file(folder.path()) : std::filesystem::path(arguments.source);
     producer.verify([&](int g) { return alone || g % processes == process; });
     const auto mine = [&](int index) { return index % shard.count == shard.number; };
     const int threads = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);

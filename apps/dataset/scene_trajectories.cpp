@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "collision/base/notice.hpp"
+#include "meshing/body/body.hpp"
 #include "meshing/body/rigid_body.hpp"
 #include "meshing/h5/sha256.hpp"
 #include "sim/scene/build_world.hpp"
@@ -140,6 +141,9 @@ SceneTrajectories::SceneTrajectories(SceneTemplate scene, const SceneDataset& co
     if (first.time.statics)
         throw std::invalid_argument(
             "time.static: seeks a balance, but the poses of a dataset are those of motion; allowed: steps in time");
+    if (scene_.scene().contains("time") && has_variable(scene_.scene()["time"]))
+        throw std::invalid_argument(
+            "time: has a variable, but all trajectories have the same frames; allowed: none there");
     const NoNotices told;
     find_recorded(first);
     std::set<std::filesystem::path> inputs;
@@ -180,6 +184,13 @@ void SceneTrajectories::find_recorded(const SceneSpec& spec) {
                         fmt::join(names, ", ")));
     name_ = names[recorded_.front()];
     entry_ = scene_.entries_of(scene_.draw(config_.seed, 0))[recorded_.front()];
+}
+
+std::filesystem::path SceneTrajectories::body_file(const std::filesystem::path& folder) const {
+    if (!body_file_.empty()) return body_file_;
+    std::filesystem::path file = folder / "body.h5";
+    if (!std::filesystem::exists(file)) save_body(file, *body_);
+    return file;
 }
 
 /// The bodies of a scene that have the name, or all.

@@ -36,9 +36,11 @@ class SceneTrajectories : public TrajectorySource {
     Eigen::Vector3d origin() const override { return origin_; }
     Eigen::Index nodes() const override { return nodes_; }
 
-    /// The body whose poses are recorded, and its file if it is a body file, else empty.
+    /// The body whose poses are recorded.
     const Body& body() const noexcept { return *body_; }
-    const std::filesystem::path& body_file() const noexcept { return body_file_; }
+    /// Its file, for training: the scene's, or one in the folder of the dataset, which is written if it is
+    /// not there.
+    std::filesystem::path body_file(const std::filesystem::path& folder) const;
 
     /// Frames of a trajectory, and all files that trajectories may need.
     int frames() const noexcept { return frames_; }
@@ -68,7 +70,7 @@ class SceneTrajectories : public TrajectorySource {
     int entry_ = 0;              // in the scene's `bodies`, of the first of these
     std::string name_;           // of the recorded bodies
     std::shared_ptr<const Body> body_;
-    std::filesystem::path body_file_;
+    std::filesystem::path body_file_;  // empty: the scene makes the body
     Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
     Eigen::Index nodes_ = 0;
     int frames_ = 0;

@@ -137,11 +137,12 @@ void produce(const Body& body, const DatasetPlan& plan, const path& file, const 
     const auto threads = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
     do producer.produce(all, threads, 0);
     while (!producer.merge());
-    write_card(folder, body, body_file, licence);
+    write_card(folder, body,
+               plan.scene ? plan.scene->body_file(folder.path()).filename().string() : body_file, licence);
     const Variety variety = variety_from_json(read_dataset_manifest(file).variety);
     if (variety.all.frames == 0)
         throw std::runtime_error(fmt::format(
-            "{}: every trajectory failed, so there is nothing to train on; weaker forces (strength) may help",
+            "{}: every trajectory failed, so there is nothing to train on; shorter steps or weaker forces may help",
             file.string()));
 }
 

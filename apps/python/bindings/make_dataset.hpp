@@ -22,7 +22,7 @@ struct DatasetArguments {
 /// The plan with what the arguments say. Throws std::invalid_argument, naming the argument.
 DatasetPlan plan_of(const DatasetArguments& arguments);
 
-/// Makes a dataset, with no Python in between. body_file: its name, for the card.
+/// Makes a dataset, with no Python in between. body_file: its name, for the card; that of a scene is known.
 void produce(const Body& body, const DatasetPlan& plan, const std::filesystem::path& file,
              const std::string& body_file, const std::string& licence, Stoppable& stoppable,
              Progress& progress);

@@ -70,10 +70,7 @@ Body make_scene_dataset(const SceneArgument& scene, const path& file, const std:
                 std::move(drawn), SceneDataset{.body = record, .frames = frames, .seed = seed});
         }
         plan.excitation.frames = plan.scene->frames();
-        const path& body_file = plan.scene->body_file();
-        produce(plan.scene->body(), plan, file,
-                body_file.empty() ? plan.scene->body().name + ".h5" : body_file.filename().string(), licence,
-                stoppable, progress);
+        produce(plan.scene->body(), plan, file, "", licence, stoppable, progress);
     });
     return plan.scene->body();
 }
