@@ -43,6 +43,9 @@ class StepMatrix {
     /// a symmetric block can. sums: [N].
     void balance_rows(const Eigen::VectorXd& sums);
 
+    /// Adds a symmetric block to the diagonal.
+    void add(int i, const Eigen::Matrix3d& block) noexcept { diagonal_[i] += block; }
+
     /// Replaces row and column i by those of the identity.
     void isolate(int i);
 

@@ -80,6 +80,7 @@ void StepSystem::assemble(const StepStart& start, const TimeStep& step, const Lo
     impulse_norm_ = std::sqrt(squared);
     yielding_norm_ = std::sqrt(held_squared);
     is_image_known_ = false;
+    resistance_.clear();
     std::fill(prescribed_.begin(), prescribed_.end(), 0);
     held_.clear();
     held_rhs_.resize(0, 3);
@@ -106,12 +107,32 @@ void StepSystem::multiply_free(const Eigen::Ref<const Eigen::VectorXd>& v) const
     is_image_known_ = true;
 }
 
+/// Of A with free_, after multiply_free().
+Nodes StepSystem::product_of_free() const {
+    Nodes product = mass_scale_ * body_.mass_product(free_) + elastic_scale_ * image_;
+    for (std::size_t i = 0; i < resistance_.size(); ++i) product.row(i) += free_.row(i) * resistance_[i];
+    return product;
+}
+
+void StepSystem::resist(double factor, std::span<const Eigen::Matrix3d> slopes, const Nodes& w) {
+    if (std::ssize(slopes) != body_.node_count() || w.rows() != body_.node_count())
+        throw std::invalid_argument(fmt::format("step: {} slopes and {} velocities for {} nodes",
+                                                slopes.size(), w.rows(), body_.node_count()));
+    resistance_.resize(slopes.size(), Eigen::Matrix3d(Eigen::Matrix3d::Zero()));
+    for (std::size_t i = 0; i < slopes.size(); ++i) {
+        const Eigen::Matrix3d block = factor * slopes[i];
+        resistance_[i] += block;
+        A_.add(static_cast<int>(i), block);
+        b_.segment<3>(3 * static_cast<Eigen::Index>(i)) += block * w.row(i).transpose();
+    }
+}
+
 void StepSystem::multiply(const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::Ref<Eigen::VectorXd> out) const {
     const Eigen::Index nodes = body_.node_count();
     const Eigen::Map<const Nodes> given(v.data(), nodes, 3);
     Eigen::Map<Nodes> result(out.data(), nodes, 3);
     multiply_free(v);
-    result = mass_scale_ * body_.mass_product(free_) + elastic_scale_ * image_;
+    result = product_of_free();
     for (Eigen::Index i = 0; i < nodes; ++i)
         if (prescribed_[i]) result.row(i) = given.row(i);
 }
@@ -124,8 +145,7 @@ void StepSystem::add_impulses(const Nodes& impulses) {
 
 Nodes StepSystem::holding_impulses(const Eigen::Ref<const Eigen::VectorXd>& v) const {
     multiply_free(v);
-    const Nodes product = mass_scale_ * body_.mass_product(free_) + elastic_scale_ * image_;
-    return product(held_, Eigen::all) - held_rhs_;
+    return product_of_free()(held_, Eigen::all) - held_rhs_;
 }
 
 void StepSystem::prescribe(const PrescribedNodes& prescribed) {

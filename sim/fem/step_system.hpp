@@ -53,6 +53,10 @@ class StepSystem {
     double mass_scale() const noexcept { return mass_scale_; }
     double stiffness_scale() const noexcept { return stiffness_scale_; }
 
+    /// Lets nodes resist changes of their velocities from w by factor [s] times `slopes` [N], N s/m,
+    /// symmetric and >= 0: adds that to A, and its product with w to b. After assemble(), before prescribe().
+    void resist(double factor, std::span<const Eigen::Matrix3d> slopes, const Nodes& w);
+
     /// Size of the impulses of loads and elasticity at the start of the step of the last assemble(): sqrt(sum
     /// |p_i|^2 / m_i), sqrt(J). It does not depend on how the body moves as a whole.
     double impulse_norm() const noexcept { return impulse_norm_; }
@@ -92,19 +96,21 @@ class StepSystem {
 
  private:
     void multiply_free(const Eigen::Ref<const Eigen::VectorXd>& v) const;
+    Nodes product_of_free() const;
 
     const ElasticBody& body_;
     ElementPose elements_;
     double mass_scale_ = 0, stiffness_scale_ = 0, elastic_scale_ = 0, impulse_norm_ = 0, yielding_norm_ = 0;
     StepMatrix A_;
     Eigen::VectorXd b_;
-    std::vector<char> prescribed_;     // [N]
-    std::vector<int> held_;            // prescribed nodes in the order of prescribe()
-    Nodes held_rhs_;                   // [held, 3] b there, less the shares of A of prescribed nodes
-    Eigen::VectorXd shift_, shifted_;  // [3 N] scratch of prescribe()
-    Nodes x_, impulse_;                // [N, 3] scratch of assemble()
-    mutable ElementForces forces_;     // scratch
-    mutable Nodes free_, image_;       // [N, 3] velocities of the last product, and that with K + damping D
+    std::vector<Eigen::Matrix3d> resistance_;  // [N] of resist(), kg; empty: none
+    std::vector<char> prescribed_;             // [N]
+    std::vector<int> held_;                    // prescribed nodes in the order of prescribe()
+    Nodes held_rhs_;                           // [held, 3] b there, less the shares of A of prescribed nodes
+    Eigen::VectorXd shift_, shifted_;          // [3 N] scratch of prescribe()
+    Nodes x_, impulse_;                        // [N, 3] scratch of assemble()
+    mutable ElementForces forces_;             // scratch
+    mutable Nodes free_, image_;  // [N, 3] velocities of the last product, and that with K + damping D
     mutable bool is_image_known_ = false;  // whether image_ belongs to free_
 };
 

@@ -124,13 +124,13 @@ Motion eased(const Move& move) {
     return motion;
 }
 
-Motion travel(const Eigen::Vector3d& velocity, double start, double stop) {
-    constexpr double ever = 0x1p30;  // seconds; a power of two, so that rounding is that of the way alone
+Motion travel(const Eigen::Vector3d& velocity, double start, double stop, const Eigen::Vector3d& spin) {
     Motion motion;
     const double duration = std::isfinite(stop) ? stop - start : ever;
-    if (velocity.isZero(0) || duration == 0) return motion;
-    motion.keyframes = {{.time = start, .to_next = Interpolation::linear},
-                        {.time = start + duration, .translation = duration * velocity}};
+    if ((velocity.isZero(0) && spin.isZero(0)) || duration == 0) return motion;
+    motion.keyframes = {
+        {.time = start, .to_next = Interpolation::linear},
+        {.time = start + duration, .translation = duration * velocity, .rotation = duration * spin}};
     return motion;
 }
 

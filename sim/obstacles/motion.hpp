@@ -82,9 +82,15 @@ struct Move {
 };
 Motion eased(const Move& move);
 
-/// A motion at a constant velocity, m/s, from `start` to `stop`, seconds; for ever: for 2^30 s, 34 years.
+/// For ever, as far as motions go: 34 years, in seconds. A power of two, so that rounding is that of the way
+/// alone.
+constexpr double ever = 0x1p30;
+
+/// A motion at a constant velocity, m/s, from `start` to `stop`, seconds; for ever: for `ever`. spin: angular
+/// velocity about the centre, which goes along, rad/s.
 Motion travel(const Eigen::Vector3d& velocity, double start = 0,
-              double stop = std::numeric_limits<double>::infinity());
+              double stop = std::numeric_limits<double>::infinity(),
+              const Eigen::Vector3d& spin = Eigen::Vector3d::Zero());
 
 /// Throws std::invalid_argument, without the name of what moves, unless all numbers are finite, times ascend
 /// and scales are positive.

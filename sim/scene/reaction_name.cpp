@@ -26,6 +26,8 @@ const char* name(ReactionBy by) noexcept {
             return "joint";
         case ReactionBy::cavity:
             return "cavity";
+        case ReactionBy::wind:
+            return "wind";
     }
     return "";
 }
@@ -42,6 +44,8 @@ std::string reaction_name(const SceneSpec& spec, const Reaction& reaction) {
             return spec.joints.at(reaction.number).joint.name;
         case ReactionBy::cavity:
             return fmt::format("cavity {}", reaction.number);
+        case ReactionBy::wind:
+            return spec.bodies.at(reaction.body).loads.at(reaction.number).key;
         case ReactionBy::driven:
             break;
     }

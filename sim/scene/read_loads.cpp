@@ -8,11 +8,43 @@
 namespace nbd {
 namespace {
 
-constexpr std::pair<const char*, LoadKind> load_kinds[]{{"force", LoadKind::force},
-                                                        {"torque", LoadKind::torque},
-                                                        {"acceleration", LoadKind::acceleration},
-                                                        {"pressure", LoadKind::pressure},
-                                                        {"gas", LoadKind::gas}};
+constexpr std::pair<const char*, LoadKind> load_kinds[]{
+    {"force", LoadKind::force},       {"torque", LoadKind::torque}, {"acceleration", LoadKind::acceleration},
+    {"pressure", LoadKind::pressure}, {"gas", LoadKind::gas},       {"wind", LoadKind::wind}};
+
+/// Reads a vector, or keyframes of it.
+void read_keyed_vector(JsonObject& from, const char* name, Eigen::Vector3d& usual,
+                       Keyed<Eigen::Vector3d>& keyed) {
+    if (!from.holds_objects(name)) {
+        usual = from.vector(name, usual);
+        return;
+    }
+    for (JsonObject& key : from.objects(name)) {
+        if (!key.need("time") || !key.need("value")) continue;
+        const double time = key.optional_number("time", finite_number).value_or(0);
+        const Eigen::Vector3d value = key.vector("value", Eigen::Vector3d::Zero());
+        key.finish();
+        if (!keyed.empty() && !(time > keyed.times.back())) {
+            key.problem("time", fmt::format("is {:.6g}, but must be later than {:.6g} s, of the key before",
+                                            time, keyed.times.back()));
+            continue;
+        }
+        keyed.times.push_back(time);
+        keyed.values.push_back(value);
+    }
+    if (!keyed.empty()) usual = keyed.values.front();
+}
+
+AirFlow read_wind(JsonObject from) {
+    AirFlow air;
+    from.need("velocity");
+    read_keyed_vector(from, "velocity", air.velocity, air.keys);
+    air.density = from.number("density", air.density, not_negative);
+    air.normal = from.number("normal", air.normal, not_negative);
+    air.tangential = from.number("tangential", air.tangential, not_negative);
+    from.finish();
+    return air;
+}
 
 CavityGas read_gas(JsonObject from) {
     CavityGas gas;
@@ -56,12 +88,14 @@ Keyed<double> read_keyed(JsonObject& from, const char* key) {
 
 SceneLoad read_load(JsonObject& from) {
     SceneLoad load{.key = key_of(from), .region = {}, .cavity = {}, .load = {}};
-    const std::string given = from.need_one({"force", "torque", "acceleration", "pressure", "gas"});
+    const std::string given = from.need_one({"force", "torque", "acceleration", "pressure", "gas", "wind"});
     for (const auto& [key, kind] : load_kinds) {
         if (given != key) continue;
         load.load.kind = kind;
         if (kind == LoadKind::gas)
             load.load.gas = read_gas(from.object(key));
+        else if (kind == LoadKind::wind)
+            load.load.air = read_wind(from.object(key));
         else if (kind == LoadKind::pressure)
             load.load.pressure = from.optional_number(key, finite_number).value_or(0);
         else
@@ -72,6 +106,8 @@ SceneLoad read_load(JsonObject& from) {
     if (given == "gas" &&
         std::ranges::any_of(load.load.factor.values, [](double amount) { return amount < 0; }))
         from.problem("factor", "of a gas is how much of it there is, and must not be negative");
+    if (given == "wind" && from.has("factor"))
+        from.problem("factor", "is not for a wind, whose \"velocity\" takes keyframes");
     from.finish();
     return load;
 }
@@ -104,24 +140,7 @@ SceneLoad read_muscle(JsonObject& from) {
 }
 
 void read_gravity(JsonObject& from, SceneSpec& spec) {
-    if (!from.holds_objects("gravity")) {
-        spec.gravity = from.vector("gravity", spec.gravity);
-        return;
-    }
-    for (JsonObject& key : from.objects("gravity")) {
-        if (!key.need("time") || !key.need("value")) continue;
-        const double time = key.optional_number("time", finite_number).value_or(0);
-        const Eigen::Vector3d value = key.vector("value", Eigen::Vector3d::Zero());
-        key.finish();
-        if (!spec.gravity_keys.empty() && !(time > spec.gravity_keys.times.back())) {
-            key.problem("time", fmt::format("is {:.6g}, but must be later than {:.6g} s, of the key before",
-                                            time, spec.gravity_keys.times.back()));
-            continue;
-        }
-        spec.gravity_keys.times.push_back(time);
-        spec.gravity_keys.values.push_back(value);
-    }
-    if (!spec.gravity_keys.empty()) spec.gravity = spec.gravity_keys.values.front();
+    read_keyed_vector(from, "gravity", spec.gravity, spec.gravity_keys);
 }
 
 }  // namespace nbd

@@ -79,7 +79,7 @@ Grip take_nodes(const SceneGrip& from, const PlacedBody& placed) {
 BodyLoad take_part(const SceneLoad& from, const PlacedBody& placed, const Eigen::Matrix3d& turn) {
     BodyLoad load = from.load;
     if (load.kind == LoadKind::muscle) take_fibres(from, placed, turn, load);
-    if (load.kind == LoadKind::pressure || load.kind == LoadKind::gas) {
+    if (load.kind == LoadKind::pressure || load.kind == LoadKind::gas || load.kind == LoadKind::wind) {
         load.faces = from.region ? parts_in(from.key, *from.region, BodyPart::face, placed)
                                  : faces_at(from, embedded(placed.body.W, placed.x), placed.body.surface.F);
         if (from.region && load.faces.empty()) refuse(from, "the region holds no face of the body's surface");

@@ -71,6 +71,7 @@ std::vector<World::Imbalance> World::imbalances(double dt, const Eigen::VectorXd
         Imbalance& of = all[b];
         const Nodes w = body_part(b, v), x = body.start.x + dt * w, push = body_part(b, pushes) / dt;
         set_end_forces(body, x);
+        set_drag(body, w);
         const Loads outer = end_loads(body);
         StepStart here = body.start;  // without resistance of its mass
         here.v = w;
@@ -271,6 +272,7 @@ void World::come_to_rest(const StepPart& part, const Eigen::VectorXd& v, const B
         body.before = PastStep{.v = {}, .inner_forces = {}, .held = prescribed(body, part.dt).nodes};
         body.holding = holding_impulses(b, w, impulses);
         add_holding_reactions(whole, b, ends.x[b]);
+        add_wind_reactions(whole, b, w, ends.x[b]);
         body.before.reset();
         body.contact_forces = body_part(b, of_contact) / part.dt;
         body.state.x = ends.x[b];  // in place: arrays keep their place in memory

@@ -17,6 +17,7 @@ enum class LoadKind {
     pressure,      // on faces of the surface along their normals inwards, as they are at the time
     muscle,        // fibres in tetrahedra that pull themselves together
     gas,           // in a cavity, whose faces it presses on by how much room it has
+    wind,          // air that flows past faces of the surface
 };
 
 /// A fixed amount of gas, p V^exponent = const.
@@ -24,6 +25,14 @@ struct CavityGas {
     double pressure = 101325;  // Pa, absolute, at the start
     double ambient = 101325;   // Pa, absolute, which presses from outside on all of the body
     double exponent = 1;       // 1: as warm as what is around it; 1.4: air without exchange of heat
+};
+
+/// Air that flows, see Wind.
+struct AirFlow {
+    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // m/s
+    Keyed<Eigen::Vector3d> keys{};                       // in place of it; none: it stays as it is
+    double density = 1.2;                                // kg/m3
+    double normal = 1, tangential = 0;                   // coefficients across and along a face
 };
 
 /// An outer load on a body.
@@ -44,12 +53,14 @@ struct BodyLoad {
     double pressure = 0;                              // Pa
     double tension = 0;                               // of a muscle, Pa
     std::vector<int> nodes{};                         // distinct rows of the tet nodes; none: all
-    std::vector<int> faces{};                         // distinct, under pressure; none: all
+    std::vector<int> faces{};                         // distinct, under pressure or wind; none: all
     std::vector<int> tets{};                          // distinct, of a muscle
     std::vector<Eigen::Vector3d> fibres{};            // [tets] of a muscle, unit, in the rest pose
     std::vector<double> shares{};                     // [nodes] of a force; none: as their masses
     Keyed<double> factor{};                           // of the load, or of the amount of gas; none: 1
     CavityGas gas{};
+    AirFlow air{};
+    int number = 0;  // among the loads of its body, as World::add_body() sets it
 
     bool follows() const noexcept {
         return kind == LoadKind::torque || kind == LoadKind::pressure || kind == LoadKind::muscle;
@@ -59,7 +70,7 @@ struct BodyLoad {
 /// Throws std::invalid_argument for a gas with numbers out of range, and for one in a rigid body.
 void check_gas(const BodyLoad& load, const ElasticBody& elastic);
 
-/// The load of a body, ready for steps. A gas is none, see ClosedGas.
+/// The load of a body, ready for steps. A gas is none, see ClosedGas, and neither is a wind, see Wind.
 class LoadForces {
  public:
     /// Throws std::invalid_argument for a node or face out of range or named twice, numbers that are not

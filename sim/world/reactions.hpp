@@ -17,6 +17,7 @@ enum class ReactionBy {
     body,      // likewise, another body
     joint,     // see World::add_joint()
     cavity,    // pressure in it, which sums to no force on its body
+    wind,      // air past it
 };
 
 /// A force on a body, a mean over a step: its impulses in the step, over the length of the step. In a step of
@@ -28,8 +29,8 @@ enum class ReactionBy {
 struct Reaction {
     int body = 0;  // on which it acts
     ReactionBy by = ReactionBy::grip;
-    int number = 0;  // of the grip or cavity among those of the body, of the obstacle, of the other body, or
-                     // of the joint
+    int number = 0;  // of the grip, cavity or load among those of the body, of the obstacle, of the other
+                     // body, or of the joint
     Eigen::Vector3d force = Eigen::Vector3d::Zero();   // N
     Eigen::Vector3d torque = Eigen::Vector3d::Zero();  // about the origin, N m
     // Where it acts: the mean of the places of its forces, weighted with their sizes, metres; zero of a

@@ -24,10 +24,11 @@ constexpr int max_linearisations = 30;  // unless the step's config allows sever
 constexpr double contact_share = 0.1;
 /// Of the kinetic energy of a body, which turning may give it in elastic energy; likewise.
 constexpr double turns_share = 1e-3;
-constexpr double least_gas_error = 1e-3;  // of absolute pressures, likewise
-constexpr int max_halvings = 40;          // of a Newton step, until the potential falls
-constexpr double rounding = 1e-13;        // relative, of potentials
-constexpr double least_progress = 1e-9;   // share of a Newton step that counts as motion
+constexpr double least_gas_error = 1e-3;   // of absolute pressures, likewise
+constexpr double least_drag_error = 0.02;  // of what winds do, likewise
+constexpr int max_halvings = 40;           // of a Newton step, until the potential falls
+constexpr double rounding = 1e-13;         // relative, of potentials
+constexpr double least_progress = 1e-9;    // share of a Newton step that counts as motion
 
 /// Whether positions at the end of a step can be told in single precision.
 bool leads_somewhere(double dt, const Eigen::VectorXd& v) {
@@ -196,7 +197,8 @@ World::Rejection World::solve(const StepPart& part, Eigen::VectorXd& v, WorldRep
     look(dt, v, to, given_ways.obstacles, report);
     double share = 0, moved = 0;
     std::string left_open;
-    double allowed_strain = rigid_strain, allowed_turns = turns_share, allowed_of_gases = least_gas_error;
+    double allowed_strain = rigid_strain, allowed_turns = turns_share, allowed_of_gases = least_gas_error,
+           allowed_of_winds = least_drag_error;
     double allowed = is_newton ? config_.step.newton_tolerance : contact_share;
     for (int k = 0;; ++k) {
         stop_if_asked();
@@ -245,6 +247,8 @@ World::Rejection World::solve(const StepPart& part, Eigen::VectorXd& v, WorldRep
                     "a body that turns too far in a step for how stiff it is; it may as well be rigid";
             else if (gas_error(to) > allowed_of_gases)
                 left_open = "gases whose pressures do not fit their volumes";
+            else if (drag_error(to) > allowed_of_winds)
+                left_open = "winds whose drag does not fit the motion";
             if (left_open.empty()) {
                 v = to;
                 if (solved.converged) return {};
@@ -255,6 +259,7 @@ World::Rejection World::solve(const StepPart& part, Eigen::VectorXd& v, WorldRep
             allowed_strain *= 2;
             allowed_turns = std::min(2 * allowed_turns, 1.0);
             allowed_of_gases *= 2;
+            allowed_of_winds *= 2;
         }
         if (k > 0 && given_ways.are_gone()) share = search_line(v, to, share);
         v += share * (to - v);
@@ -301,6 +306,7 @@ double World::search_line(const Eigen::VectorXd& v, const Eigen::VectorXd& to, d
                                 .value(w_at_s));
             terms.push_back(excess_work(at(b), w, w_at_s));
             if (!at(b).gases.empty()) terms.push_back(gas_energy(at(b), at(b).start.x + step_.dt * w_at_s));
+            if (!at(b).winds.empty()) terms.push_back(drag_energy(at(b), w_at_s));
         }
         return terms;
     };

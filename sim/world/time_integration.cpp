@@ -143,10 +143,11 @@ Momentum World::end_momentum(int index, NodesRef x, const Momentum& contacts) co
     const auto [dt, factor] = step_;
     const double begun = dt * (1 - 1 / factor);
     Momentum momentum = momentum_of(elastic, body.state);
+    Loads end{.gravity = gravity_at(time_ + dt), .forces = end_forces(body, x, dt)};
+    if (!body.drags.empty()) end.forces += drag_forces(body, (x - body.start.x) / dt);
     const Momentum first = outer_load(elastic, body.state.x,
                                       {.gravity = gravity_before_, .forces = body.outer_before}),
-                   last = outer_load(elastic, x,
-                                     {.gravity = gravity_at(time_ + dt), .forces = end_forces(body, x, dt)});
+                   last = outer_load(elastic, x, end);
     momentum.linear += begun * first.linear;
     momentum.angular += begun * first.angular;
     const Momentum springs = earlier_springs_on(index);
@@ -192,6 +193,7 @@ void World::advance(int index, const Nodes& w, const Eigen::VectorXd& impulses, 
     body.inner_forces = body.elastic->mass_product((factor / dt * (lasting * now - body.start.v)).rowwise() -
                                                    gravity_at(time_ + dt).transpose()) -
                         body.outer_end - body_part(index, impulses) / dt;
+    if (!body.drags.empty()) body.inner_forces -= drag_forces(body, w);
     if (body.start.impulses.rows() > 0) body.inner_forces -= factor / dt * body.start.impulses;
     take_holding(index, holding, body_part(index, all - impulses).colwise().sum());
     const std::vector<int>& held = body.before->held;

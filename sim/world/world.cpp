@@ -133,6 +133,8 @@ int World::add_body(WorldBody body) {
               .added_at = std::move(added_at),
               .friction = std::move(body.friction),
               .name = body.name.empty() ? fmt::format("body {}", index) : std::move(body.name)};
+    for (int k = 0; k < std::ssize(body.loads); ++k) body.loads[k].number = k;
+    add_winds(made, body.loads);
     add_cavities(made, body.loads);
     for (BodyLoad& load : body.loads) made.loads.emplace_back(std::move(load), elastic, *made.shape);
     systems_.emplace_back(elastic);

@@ -23,6 +23,7 @@
 #include "sim/world/joint.hpp"
 #include "sim/world/reactions.hpp"
 #include "sim/world/statics.hpp"
+#include "sim/world/wind.hpp"
 
 namespace nbd {
 
@@ -242,11 +243,11 @@ class World {
     /// Forces between bodies sum to zero. Zero before the first step and after restore().
     const Nodes& contact_forces(int body) const { return at(body).contact_forces; }
 
-    /// What grips, driven nodes, obstacles, joints and other bodies exerted on bodies in the last step, in a
-    /// fixed order; of two bodies in contact, what acts on the one with the smaller number. Torques are about
-    /// the origin that users see, not origin(), with arms in the middle of the step. What the solver left of
-    /// the balance of a held body's free nodes is shared by its held ones. Besides, one for each cavity.
-    /// Empty before the first step and after restore().
+    /// What grips, driven nodes, obstacles, joints, winds and other bodies exerted on bodies in the last
+    /// step, in a fixed order; of two bodies in contact, what acts on the one with the smaller number.
+    /// Torques are about the origin that users see, not origin(), with arms in the middle of the step. What
+    /// the solver left of the balance of a held body's free nodes is shared by its held ones. Besides, one
+    /// for each cavity. Empty before the first step and after restore().
     std::vector<Reaction> reactions() const;
 
     /// All cavities of bodies, as they are now.
@@ -275,6 +276,9 @@ class World {
         std::vector<Cavity> cavities{};
         std::vector<ClosedGas> gases{};
         Nodes gas_end{};  // forces of gases at the end of the part, [N, 3] N; empty: it has none
+        std::vector<Wind> winds{};
+        std::vector<Drag> drags{};  // [winds] as linearised last at the unknown drag_at, [N, 3] m/s
+        Nodes drag_at{};
         // Outer forces in the part with loads, [N, 3] N: with the weights of the rates before it, and at its
         // end, as they were last linearised.
         Nodes outer_before, outer_end;
@@ -323,9 +327,10 @@ class World {
     Loads end_loads(const Body& body) const {
         Loads loads = outer_end_loads(body);
         if (body.gas_end.rows() > 0) loads.forces += body.gas_end;
+        if (!body.drags.empty()) loads.forces += drag_forces(body, body.drag_at);
         return loads;
     }
-    Loads outer_end_loads(const Body& body) const {  // without gases
+    Loads outer_end_loads(const Body& body) const {  // without gases and winds
         return {.gravity = gravity_at(time_ + step_.dt), .forces = body.outer_end};
     }
     void begin_pose(Body& body, PosedTree& tree);
@@ -394,6 +399,16 @@ class World {
     ContactSolveReport solve_systems(Eigen::VectorXd& v);
     double gas_error(const Eigen::VectorXd& v) const;
     double share_of_cavities(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to) const;
+
+    // winds.cpp
+    static void add_winds(Body& body, std::vector<BodyLoad>& loads);
+    void set_drag(Body& body, const Nodes& w);
+    Nodes drag_forces(const Body& body, std::size_t k, const Nodes& w) const;
+    Nodes drag_forces(const Body& body, const Nodes& w) const;
+    void resist_winds(int index, const Nodes& w);
+    double drag_energy(const Body& body, const Nodes& w) const;
+    double drag_error(const Eigen::VectorXd& v) const;
+    void add_wind_reactions(const StepPart& part, int index, const Nodes& w, const Nodes& x);
 
     // reactions.cpp
     Nodes holding_impulses(int index, const Nodes& w, const Eigen::VectorXd& impulses);

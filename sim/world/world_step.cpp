@@ -236,7 +236,10 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
         // What did not balance the motion is no force of the body.
         for (Body& body : bodies_) body.inner_forces.resize(0, 3);
     }
-    for (int b = 0; b < body_count(); ++b) add_holding_reactions(part, b, middles.x[b]);
+    for (int b = 0; b < body_count(); ++b) {
+        add_holding_reactions(part, b, middles.x[b]);
+        add_wind_reactions(part, b, body_part(b, v), middles.x[b]);
+    }
     add_contact_reactions(part, solver_.pair_impulses(v, more, middles));
     add_joint_reactions(part, v, more, middles, last);
     springs_before_ = springs_;

@@ -28,10 +28,10 @@ void bind_reaction(py::module_& m) {
         .def_readonly("body", &NamedReaction::body, "The body that it acts on.")
         .def_property_readonly(
             "kind", [](const NamedReaction& self) { return std::string(name(self.by)); },
-            "What exerts it: grip (pins among them), driven, obstacle, body, joint or cavity.")
+            "What exerts it: grip (pins among them), driven, obstacle, body, joint, cavity or wind.")
         .def_readonly(
             "number", &NamedReaction::number,
-            "Of the grip among those of the body, pins first, of the cavity among those of the body, of the obstacle, of the other body, or of the joint.")
+            "Of the grip among those of the body, pins first, of the cavity or load among those of the body, of the obstacle, of the other body, or of the joint.")
         .def_readonly("name", &NamedReaction::name, "Likewise, as the scene has it.")
         .def_property_readonly(
             "force", [](const NamedReaction& self) { return self.force; }, "[3] newtons.")
@@ -82,7 +82,7 @@ void bind_reactions(py::module_& m, py::class_<WorldObject>& world) {
     world
         .def(
             "reactions", &reactions_of,
-            "What pins, grips, driven nodes, obstacles, joints and other bodies exerted on bodies in the last step; "
+            "What pins, grips, driven nodes, obstacles, joints, winds and other bodies exerted on bodies in the last step; "
             "of two bodies in contact, what acts on the first. What does not touch is left out. Weight, outer forces and reactions "
             "of a body, times the length of the step, sum to its change of momentum.")
         .def(

@@ -503,6 +503,10 @@ TEST(Scene, AgreesWithThePublishedSchema) {
             {"choice": [1]}, {"direction": [0, 0, 1]}, {"rotation": "any"}])"),
         "");
     fields.insert(fields.end(), variables.fields.begin(), variables.fields.end());
+    const SceneReading winds = read_scene(with(R"("loads": [{"wind": {"velocity": [0, 0, 1]}},
+                          {"wind": {"velocity": [{"time": 0, "value": [0, 0, 1]}]}}])"),
+                                          "");
+    fields.insert(fields.end(), winds.fields.begin(), winds.fields.end());
     for (const std::string& region : all_regions()) {
         const std::string at = R"({"region": )" + region;
         const SceneReading places = read_scene(
