@@ -45,6 +45,9 @@ std::vector<std::filesystem::path> scene_inputs(const SceneSpec& spec) {
     for (const SceneObstacle& obstacle : spec.obstacles) {
         add(obstacle.mesh);
         if (obstacle.heights) add(obstacle.heights->file);
+        if (!obstacle.recording) continue;
+        add(obstacle.recording->file);
+        add(obstacle.recording->body);
     }
     return files;
 }
@@ -76,8 +79,9 @@ LoadedBody SceneFiles::load(const SceneBody& spec, const Output& out) {
     return loaded;
 }
 
-std::vector<LoadedBody> load_bodies(const SceneSpec& spec, const Output& out) {
+std::vector<LoadedBody> load_bodies(SceneSpec& spec, const Output& out) {
     SceneFiles files;
+    files.load_recordings(spec);
     std::vector<LoadedBody> bodies;
     for (const SceneBody& body : spec.bodies) bodies.push_back(files.load(body, out));
     return bodies;

@@ -32,7 +32,7 @@ void check_same_tets(const std::filesystem::path& path, const TetMesh& tets,
 /// All files that a scene names, in order.
 std::vector<std::filesystem::path> scene_inputs(const SceneSpec& spec);
 
-/// Loads the bodies of a scene. A file that several bodies name is read, and meshed if it is a surface, only
+/// Loads the files of a scene. One that several bodies name is read, and meshed if it is a surface, only
 /// once; these bodies share its data.
 class SceneFiles {
  public:
@@ -40,14 +40,25 @@ class SceneFiles {
     /// tree belongs to another body.
     LoadedBody load(const SceneBody& spec, const Output& out);
 
+    /// Loads the recordings that obstacles deform by. Throws what reading throws, and std::invalid_argument,
+    /// with the obstacle's JSON path, for a recording without such a trajectory or one of another body.
+    void load_recordings(SceneSpec& spec);
+
  private:
+    struct Recorded {
+        Faces F;
+        std::shared_ptr<const SurfaceFrames> frames;  // with the recording's times
+    };
+    const Recorded& recorded(const SurfaceRecording& from);
+
     std::shared_ptr<const Body> body(const SceneBody& spec, const Output& out);
 
     std::map<std::string, std::shared_ptr<const Body>> bodies_;
     std::map<std::pair<const Body*, std::filesystem::path>, std::shared_ptr<const CollisionTree>> trees_;
+    std::map<std::string, Recorded> recorded_;
 };
 
-/// Loads all bodies of a scene, as SceneFiles does.
-std::vector<LoadedBody> load_bodies(const SceneSpec& spec, const Output& out);
+/// Loads all bodies of a scene and the recordings of its obstacles, as SceneFiles does.
+std::vector<LoadedBody> load_bodies(SceneSpec& spec, const Output& out);
 
 }  // namespace nbd

@@ -18,7 +18,7 @@ namespace nbd {
 namespace {
 
 /// Everything that is wrong with a scene or may be, one line each.
-SceneFindings findings_of(const SceneReading& reading, SceneFiles& files) {
+SceneFindings findings_of(SceneReading reading, SceneFiles& files) {
     SceneFindings findings{reading.problems, {}, {}};
     Output silent;
     silent.quiet = true;
@@ -30,6 +30,14 @@ SceneFindings findings_of(const SceneReading& reading, SceneFiles& files) {
         } catch (const std::exception& error) {
             findings.problems.push_back(fmt::format("bodies[{}]: {}", b, error.what()));
         }
+    }
+    try {
+        files.load_recordings(reading.spec);
+    } catch (const std::exception& error) {
+        findings.problems.emplace_back(error.what());
+        for (std::size_t o = 0; o < reading.spec.obstacles.size(); ++o)
+            if (reading.spec.obstacles[o].recording && !reading.spec.obstacles[o].frames)
+                reading.obstacle_is_good[o] = false;
     }
     SceneFindings checked = check_scene(reading, loaded);
     std::ranges::move(checked.problems, std::back_inserter(findings.problems));

@@ -136,7 +136,8 @@ class SceneTrajectories::Started : public Trajectory {
 SceneTrajectories::SceneTrajectories(SceneTemplate scene, const SceneDataset& config)
     : scene_(std::move(scene)), config_(config) {
     // What would be noticed in every trajectory is told here, once.
-    const SceneSpec first = scene_of(scene_.draw(config.seed, 0));
+    SceneSpec first = scene_of(scene_.draw(config.seed, 0));
+    files_.load_recordings(first);
     for (const SceneObstacle& obstacle : first.obstacles) make_obstacle(obstacle);
     if (first.time.statics)
         throw std::invalid_argument(
@@ -242,13 +243,14 @@ SceneSpec SceneTrajectories::scene_of(const SceneValues& values) const {
     }
 }
 
-std::vector<LoadedBody> SceneTrajectories::load(const SceneSpec& spec) const {
+std::vector<LoadedBody> SceneTrajectories::load(SceneSpec& spec) const {
     constexpr int many = 100;  // scenes, whose meshing may be drawn
     Output silent;
     silent.quiet = true;
     const std::scoped_lock lock(loading_);
     if (++loaded_ % many == 0) files_ = SceneFiles();
     std::vector<LoadedBody> bodies;
+    files_.load_recordings(spec);
     for (const SceneBody& body : spec.bodies) bodies.push_back(files_.load(body, silent));
     return bodies;
 }

@@ -60,7 +60,7 @@ class SceneTrajectories : public TrajectorySource {
     std::vector<int> named(const SceneSpec& spec) const;
     int recorded_in(const SceneSpec& spec, int index) const;
     SceneSpec scene_of(const SceneValues& values) const;
-    std::vector<LoadedBody> load(const SceneSpec& spec) const;
+    std::vector<LoadedBody> load(SceneSpec& spec) const;
     std::string recipe_text(int body, const SceneValues& values, const std::vector<std::string>& refused,
                             const std::vector<std::string>& moved) const;
 

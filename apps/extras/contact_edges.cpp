@@ -58,9 +58,9 @@ void ContactEdgeFinder::meet_obstacles(std::size_t body, double time, std::vecto
     const double reach = surfaces_[body]->distances.bodies;
     for (std::size_t k = 0; k < obstacles_.size(); ++k) {
         std::vector<bool> touches(x_[body].rows());
+        const Obstacle now = as_at(obstacles_[k], time);
         for (Eigen::Index v = 0; v < x_[body].rows(); ++v) {
-            const auto found =
-                signed_distance(obstacles_[k], x_[body].row(v).transpose().cast<double>(), time, reach);
+            const auto found = signed_distance(now, x_[body].row(v).transpose().cast<double>(), time, reach);
             touches[v] = found && found->distance <= reach;
         }
         for (int f = 0; f < F.rows(); ++f)

@@ -80,14 +80,13 @@ ArrowScale Film::arrow_scale(const Camera& camera, int height) const {
 /// Extends the box of what the camera sees by an obstacle that moves, wherever it is in any still. Leaves it
 /// out where the bodies would get less than a quarter of the picture.
 void Film::extend(Eigen::AlignedBox3f& seen, const Obstacle& obstacle, const Camera& camera) const {
-    if (obstacle.motion.stands()) return;
+    if (obstacle.stands()) return;
     Nodes X;
-    if (const auto* ball = std::get_if<BallShape>(&obstacle.shape))
-        X = ball_mesh(*ball).X;
-    else if (const auto* mesh = std::get_if<std::shared_ptr<const StaticSurface>>(&obstacle.shape))
-        X = (*mesh)->mesh().X;
+    if (const auto* ball = std::get_if<BallShape>(&obstacle.shape)) X = ball_mesh(*ball).X;
+    const bool is_mesh = std::holds_alternative<std::shared_ptr<const StaticSurface>>(obstacle.shape);
     Eigen::AlignedBox3f all = seen;
     for (const Still& still : kept_) {
+        if (is_mesh) X = mesh_positions(obstacle, still.time);
         const Placing placing = obstacle.motion.at(still.time);
         for (Eigen::Index i = 0; i < X.rows(); ++i)
             all.extend(camera.seen(placing(X.row(i).transpose()).cast<float>()));
@@ -129,7 +128,8 @@ void Film::write(const std::filesystem::path& path) const {
                 surfaces.push_back(as_surface(ball_mesh(*ball), placing, obstacle_colour));
             else
                 surfaces.push_back(
-                    as_surface(std::get<std::shared_ptr<const StaticSurface>>(obstacle.shape)->mesh(),
+                    as_surface({mesh_positions(obstacle, still.time),
+                                std::get<std::shared_ptr<const StaticSurface>>(obstacle.shape)->mesh().F},
                                placing, obstacle_colour));
         }
         images.push_back(draw(surfaces, floors, camera, static_cast<int>(aspect * height), height));

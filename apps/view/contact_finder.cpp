@@ -87,12 +87,14 @@ void ContactFinder::meet_itself(PosedView& body, std::size_t index, Marked& mark
 void ContactFinder::meet_obstacles(const PosedView& body, double time, Marked& marked) const {
     if (obstacles_.empty()) return;
     std::vector<bool> is_near(body.x().rows());
-    for (Eigen::Index v = 0; v < body.x().rows(); ++v)
-        for (const Obstacle& obstacle : obstacles_) {
+    for (const Obstacle& told : obstacles_) {
+        const Obstacle obstacle = as_at(told, time);
+        for (Eigen::Index v = 0; v < body.x().rows(); ++v) {
             const auto found =
                 signed_distance(obstacle, body.x().row(v).transpose().cast<double>(), time, distance_);
             if (found && found->distance <= distance_) is_near[v] = true;
         }
+    }
     const Faces& F = body.tree().faces;
     for (Eigen::Index f = 0; f < F.rows(); ++f)
         for (int c = 0; c < 3; ++c)

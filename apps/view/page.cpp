@@ -140,6 +140,13 @@ Json obstacle_json(const ViewObstacle& shown, PageData& data) {
         json = {{"shape", "mesh"},
                 {"positions", data.add_positions(mesh.X.cast<float>())},
                 {"faces", data.add_faces(mesh.F)}};
+        if (const SurfaceFrames* frames = shown.obstacle.frames.get()) {
+            Vertices all(std::ssize(frames->times) * mesh.X.rows(), 3);
+            for (std::size_t k = 0; k < frames->times.size(); ++k)
+                all.middleRows(static_cast<Eigen::Index>(k) * mesh.X.rows(), mesh.X.rows()) =
+                    frames->positions[k].cast<float>();
+            json["frames"] = {{"times", frames->times}, {"positions", data.add_positions(all)}};
+        }
     }
     add_places(shown, json);
     return json;

@@ -47,7 +47,7 @@ struct ViewBody {
     FaceMarks missed;        // near or intersecting with faces that the bounds do not find
 };
 
-/// A rigid obstacle and where it is.
+/// An obstacle and where it is.
 struct ViewObstacle {
     Obstacle obstacle;              // in its own place
     std::vector<Placing> places{};  // [frames]; empty: it is there in all frames

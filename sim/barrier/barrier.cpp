@@ -118,9 +118,12 @@ void Barrier::begin_step(double time, double dt) {
             wall.smooth->begin_step(start, wall.moves ? end : start);
             continue;
         }
-        const Nodes& x = surfaces_[wall.surface].rest();
-        wall.start_x = placed_by(start, x);
-        wall.end_x = wall.moves ? placed_by(end, x) : wall.start_x;
+        const SurfaceFrames* frames = wall.obstacle.frames.get();
+        const Nodes& rest = surfaces_[wall.surface].rest();
+        wall.moves = wall.moves || (dt > 0 && frames && !frames->stand(time, time + dt));
+        wall.start_x = placed_by(start, frames ? frames->at(time) : rest);
+        wall.end_x = wall.start_x;
+        if (wall.moves) wall.end_x = placed_by(end, frames ? frames->at(time + dt) : rest);
     }
 }
 

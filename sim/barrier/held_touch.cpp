@@ -77,7 +77,7 @@ void Barrier::find_held_pairs(int a, int b, std::vector<FeaturePair>& features,
                               std::vector<Intersection>& faces) {
     MovingSurface &s = surfaces_[a], &t = surfaces_[b];
     const auto stays = [&](const MovingSurface& surface) {
-        if (const Wall* wall = wall_of(surface)) return wall->obstacle.motion.stands();
+        if (const Wall* wall = wall_of(surface)) return wall->obstacle.stands();
         return std::ranges::count(bodies_[surface.body()].held.stays, 0) <
                std::ssize(bodies_[surface.body()].held.stays);
     };

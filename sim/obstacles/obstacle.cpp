@@ -44,6 +44,10 @@ void check_shape(const std::shared_ptr<const StaticSurface>& mesh) {
 
 }  // namespace
 
+bool Obstacle::stands() const {
+    return motion.stands() && (!frames || frames->stand(frames->times.front(), frames->times.back()));
+}
+
 void check_obstacle(const Obstacle& obstacle) {
     std::visit([](const auto& shape) { check_shape(shape); }, obstacle.shape);
     try {
@@ -51,9 +55,28 @@ void check_obstacle(const Obstacle& obstacle) {
     } catch (const std::invalid_argument& error) {
         throw std::invalid_argument(std::string("obstacle: ") + error.what());
     }
+    if (obstacle.frames) {
+        const auto* mesh = std::get_if<std::shared_ptr<const StaticSurface>>(&obstacle.shape);
+        if (!mesh) throw std::invalid_argument("obstacle: only a mesh can deform");
+        check_frames(*obstacle.frames, (*mesh)->mesh().X.rows());
+    }
     if (!(obstacle.friction >= 0) || !std::isfinite(obstacle.friction))
         throw std::invalid_argument(
             fmt::format("obstacle: friction is {}, but must be >= 0", obstacle.friction));
+}
+
+Nodes mesh_positions(const Obstacle& obstacle, double time) {
+    if (obstacle.frames) return obstacle.frames->at(time);
+    return std::get<std::shared_ptr<const StaticSurface>>(obstacle.shape)->mesh().X;
+}
+
+Obstacle as_at(const Obstacle& obstacle, double time) {
+    if (!obstacle.frames) return obstacle;
+    Obstacle rigid = obstacle;
+    const TriMesh& mesh = std::get<std::shared_ptr<const StaticSurface>>(obstacle.shape)->mesh();
+    rigid.shape = std::make_shared<const StaticSurface>(TriMesh{mesh_positions(obstacle, time), mesh.F});
+    rigid.frames = nullptr;
+    return rigid;
 }
 
 std::optional<SurfaceDistance> signed_distance_at_rest(const Obstacle& obstacle, const Eigen::Vector3d& p,

@@ -264,8 +264,25 @@ void add_joint(const SceneJoint& spec, World& world, const Body& body) {
     }
 }
 
+namespace {
+
+/// Of a surface that deforms by a recording.
+Obstacle make_recorded_obstacle(const SceneObstacle& spec) {
+    if (!spec.frames) throw std::invalid_argument("recording: was not loaded");
+    check_frames(*spec.frames, spec.made.X.rows());
+    SurfaceFrames frames = *spec.frames;
+    for (Nodes& x : frames.positions) x = placed(x, spec.placement);
+    Obstacle obstacle = spec.obstacle;
+    obstacle.shape = std::make_shared<const StaticSurface>(TriMesh{frames.at(0), spec.made.F});
+    obstacle.frames = std::make_shared<const SurfaceFrames>(std::move(frames));
+    return obstacle;
+}
+
+}  // namespace
+
 Obstacle make_obstacle(const SceneObstacle& spec) {
     Obstacle obstacle = spec.obstacle;
+    if (spec.recording) return make_recorded_obstacle(spec);
     if (spec.mesh.empty() && spec.made.F.rows() == 0 && !spec.heights) return obstacle;
     TriMesh mesh = spec.heights        ? spec.heights->mesh()
                    : spec.mesh.empty() ? spec.made

@@ -30,6 +30,17 @@ TriMesh read_made_mesh(JsonObject& from, const std::string& kind) {
                               : capsule_mesh(radius, length, segments);
 }
 
+SurfaceRecording read_recording(JsonObject& from, const std::filesystem::path& base) {
+    SurfaceRecording recording;
+    if (from.need("file")) recording.file = read_path(from, "file", base);
+    if (from.need("body")) recording.body = read_path(from, "body", base);
+    recording.trajectory =
+        static_cast<int>(from.integer("trajectory", 0, {0, 1e9, "between 0 and 1000000000"}));
+    recording.start = from.number("start", recording.start, finite_number);
+    recording.speed = from.number("speed", recording.speed, positive_number);
+    return recording;
+}
+
 }  // namespace
 
 SceneObstacle read_obstacle(JsonObject& from, const std::filesystem::path& base) {
@@ -37,7 +48,7 @@ SceneObstacle read_obstacle(JsonObject& from, const std::filesystem::path& base)
     result.name = from.text("name", "");
     if (result.name.empty()) result.name = from.path("");
     const std::string kind =
-        from.need_one({"plane", "sphere", "box", "cylinder", "capsule", "heights", "mesh"});
+        from.need_one({"plane", "sphere", "box", "cylinder", "capsule", "heights", "mesh", "recording"});
     if (kind == "plane") {
         JsonObject plane = from.object("plane");
         result.obstacle.shape =
@@ -50,6 +61,8 @@ SceneObstacle read_obstacle(JsonObject& from, const std::filesystem::path& base)
         JsonObject mesh = from.object(kind);
         if (kind == "heights")
             read_heights(mesh, base, result);
+        else if (kind == "recording")
+            result.recording = read_recording(mesh, base);
         else if (kind != "mesh")
             result.made = read_made_mesh(mesh, kind);
         else if (mesh.need("file"))

@@ -116,11 +116,21 @@ struct SceneHeights {
     TriMesh mesh() const;
 };
 
+/// A recording that an obstacle deforms by.
+struct SurfaceRecording {
+    std::filesystem::path file, body;  // the recording, and the body file of what it recorded
+    int trajectory = 0;                // its id
+    double start = 0, speed = 1;       // it is at its time 0 then, seconds; seconds of it in a second
+};
+
 struct SceneObstacle {
-    std::string name;            // "obstacles[1]" where the scene gives none
-    Obstacle obstacle;           // a mesh's shape is null until make_obstacle()
+    std::string name;   // "obstacles[1]" where the scene gives none
+    Obstacle obstacle;  // a mesh's shape is null until make_obstacle()
+    std::optional<SurfaceRecording> recording{};
+    // As loaded from it, with the times of the scene, and then `made` has its surface; null: not loaded
+    std::shared_ptr<const SurfaceFrames> frames{};
     std::filesystem::path mesh;  // empty: no file
-    TriMesh made{};              // without faces: not made by the reader
+    TriMesh made{};              // without faces: neither made by the reader nor loaded
     std::optional<SceneHeights> heights{};
     Placement placement;  // of the mesh
 };

@@ -166,8 +166,9 @@ Eigen::Vector3d World::way_out(int body, int obstacle, double room) {
     const double least = barrier().least_start();
     SurfaceDistance deepest{std::numeric_limits<double>::infinity(), Eigen::Vector3d::Zero()};
     const Nodes x = surface(body);
+    const Obstacle now = as_at(obstacles_[obstacle], time_);
     for (int v = 0; v < x.rows(); ++v)
-        if (const auto at = signed_distance(obstacles_[obstacle], x.row(v), time_, least);
+        if (const auto at = signed_distance(now, x.row(v), time_, least);
             at && at->distance < deepest.distance && !barrier().may_touch(body, v, obstacle))
             deepest = *at;
     return deepest.distance <= least ? Eigen::Vector3d((room - deepest.distance) * deepest.normal)

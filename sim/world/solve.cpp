@@ -41,11 +41,12 @@ std::string out_of_balance(double error, double allowed) {
                        allowed);
 }
 
-/// Whether an obstacle turns or grows between two times, and bodies on it with it.
+/// Whether an obstacle turns, grows or deforms between two times, and bodies on it with it.
 bool turns(std::span<const Obstacle> obstacles, double begin, double end) {
     return std::ranges::any_of(obstacles, [&](const Obstacle& obstacle) {
         const Keyframe now = obstacle.motion.keyframe_at(begin), then = obstacle.motion.keyframe_at(end);
-        return now.rotation != then.rotation || now.scale != then.scale;
+        return now.rotation != then.rotation || now.scale != then.scale ||
+               (obstacle.frames && !obstacle.frames->stand(begin, end));
     });
 }
 

@@ -167,10 +167,8 @@ void run(const ContactArguments& arguments, Output& out) {
     Rows rows;
     bool is_broken = false;
     for (const std::string& file : arguments.scenes) {
-        const SceneSpec spec = load_scene(file);
-        SceneFiles files;
-        std::vector<LoadedBody> bodies;
-        for (const SceneBody& body : spec.bodies) bodies.push_back(files.load(body, out));
+        SceneSpec spec = load_scene(file);
+        std::vector<LoadedBody> bodies = load_bodies(spec, out);
         make_trees(spec, bodies);
         const std::string name = std::filesystem::path(file).stem().string();
         Rows of_scene;

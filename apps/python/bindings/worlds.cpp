@@ -98,6 +98,7 @@ void load_bodies(GivenScene& given) {
     Output silent;
     silent.quiet = true;
     SceneFiles files;
+    files.load_recordings(given.spec);
     for (std::size_t b = 0; b < given.bodies.size(); ++b) {
         const SceneBody& body = given.spec.bodies[b];
         LoadedBody& loaded = given.bodies[b];

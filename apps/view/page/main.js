@@ -55,7 +55,7 @@ async function start() {
     for (const [i, body] of facts.bodies.entries()) bodies.push(await Body.of(body, i));
     const up = new THREE.Vector3(...facts.up), cellIn = (box) => roundLength(box.getSize(new THREE.Vector3()).length() / 12);
     let box = boxOf(bodies);
-    const obstacles = await Obstacles.of(facts.obstacles, box, cellIn(box));
+    const obstacles = await Obstacles.of(facts.obstacles, box, cellIn(box), facts.times);
     box = obstacles.around(box);
     obstacles.fit(box, cellIn(box));
     const summarise = () => describe(facts, bodies, cellIn(box), facts.obstacles.some(({shape}) => shape === "plane"));

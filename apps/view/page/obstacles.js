@@ -1,4 +1,4 @@
-// Rigid obstacles: planes, balls and meshes, which may move.
+// Obstacles: planes, balls and meshes, which may move; meshes may deform.
 "use strict";
 
 async function makeObstacle(facts, box, cell) {
@@ -19,6 +19,7 @@ async function makeObstacle(facts, box, cell) {
         geometry.setAttribute("position", new THREE.BufferAttribute(x, 3));
         geometry = geometry.toNonIndexed();
         geometry.computeVertexNormals();
+        if (facts.frames) group.frames = {faces, times: facts.frames.times, positions: await unpack(facts.frames.positions)};
     }
     const mesh = new THREE.Mesh(geometry, material);
     mesh.castShadow = mesh.receiveShadow = true;
@@ -26,14 +27,33 @@ async function makeObstacle(facts, box, cell) {
     return group;
 }
 
+/** Puts the vertices of a mesh that deforms where they are at a time: straight from frame to frame. */
+function deform({children: [{geometry}], frames: {faces, times, positions}}, time) {
+    let after = times.findIndex((one) => one > time);
+    if (after < 0) after = times.length;
+    const first = Math.max(after - 1, 0), last = Math.min(after, times.length - 1), size = positions.length / times.length;
+    const share = first === last ? 0 : (time - times[first]) / (times[last] - times[first]);
+    const {array} = geometry.attributes.position;
+    faces.forEach((vertex, corner) => {
+        for (let k = 0; k < 3; k++) {
+            const from = positions[first * size + 3 * vertex + k], to = positions[last * size + 3 * vertex + k];
+            array[3 * corner + k] = from + share * (to - from);
+        }
+    });
+    geometry.attributes.position.needsUpdate = true;
+    geometry.computeVertexNormals();
+    geometry.boundingBox = geometry.boundingSphere = null;
+}
+
 class Obstacles {
-    static async of(facts, box, cell) {
+    /** times: of the frames that the page shows. */
+    static async of(facts, box, cell, times) {
         const groups = [];
         for (const obstacle of facts) groups.push(await makeObstacle(obstacle, box, cell));
-        return new Obstacles(facts, groups);
+        return new Obstacles(facts, groups, times);
     }
 
-    constructor(facts, groups) { Object.assign(this, {facts, groups}); }
+    constructor(facts, groups, times) { Object.assign(this, {facts, groups, times}); }
 
     /**
      * The box with the obstacles that move, wherever they are in any frame. One that would leave the bodies less than a
@@ -77,6 +97,7 @@ class Obstacles {
         this.facts.forEach(({shifts}, i) => {
             const group = this.groups[i];
             if (shifts.length) this.place(i, frame).decompose(group.position, group.quaternion, group.scale);
+            if (group.frames) deform(group, this.times[frame]);
         });
     }
 }

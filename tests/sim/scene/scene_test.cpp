@@ -507,6 +507,9 @@ TEST(Scene, AgreesWithThePublishedSchema) {
                           {"wind": {"velocity": [{"time": 0, "value": [0, 0, 1]}]}}])"),
                                           "");
     fields.insert(fields.end(), winds.fields.begin(), winds.fields.end());
+    const SceneReading recorded =
+        read_scene(with("", R"("obstacles": [{"recording": {"file": "r.h5", "body": "a.h5"}}])"), "");
+    fields.insert(fields.end(), recorded.fields.begin(), recorded.fields.end());
     for (const std::string& region : all_regions()) {
         const std::string at = R"({"region": )" + region;
         const SceneReading places = read_scene(
