@@ -79,6 +79,7 @@ class LoadForces {
     LoadForces(BodyLoad load, const ElasticBody& elastic, const ContactShape& shape);
 
     const BodyLoad& load() const noexcept { return load_; }
+    Keyed<double>& factor() noexcept { return load_.factor; }
 
     /// Adds the node forces at the positions x, [N, 3] metres, times a factor. out: [N, 3] newtons.
     void add(NodesRef x, double factor, Nodes& out) const;

@@ -29,8 +29,11 @@ void World::add_cavities(Body& body, std::vector<BodyLoad>& loads) const {
         const double volume = body.cavities[number].volume(body.state.x);
         if (!(volume > 0))
             throw std::invalid_argument(fmt::format("load: cavity {} encloses no volume", number));
-        body.gases.push_back(
-            {.cavity = number, .gas = load.gas, .amount = std::move(load.factor), .volume = volume});
+        body.gases.push_back({.cavity = number,
+                              .gas = load.gas,
+                              .amount = std::move(load.factor),
+                              .volume = volume,
+                              .load = load.number});
     }
     std::erase_if(loads, [](const BodyLoad& load) { return load.kind == LoadKind::gas; });
 }

@@ -32,6 +32,7 @@ struct ClosedGas {
     CavityGas gas;
     Keyed<double> amount{};  // how much of it there is, of that at the start; none: 1
     double volume = 0;       // m3, at the start
+    int load = 0;            // its number among the loads of the body
 
     /// Above the ambient pressure, Pa.
     double pressure(double at_volume, double time) const;

@@ -250,6 +250,14 @@ JointBonds::JointBonds(Joint joint, int number, std::span<const ElasticBody* con
     }
 }
 
+Keyed<double>* JointBonds::told() noexcept {
+    Keyed<double>* told = nullptr;
+    if (auto* hinge = std::get_if<HingeJoint>(&joint_.kind)) told = &hinge->angle.motor;
+    if (auto* slider = std::get_if<SliderJoint>(&joint_.kind)) told = &slider->way.motor;
+    if (auto* cord = std::get_if<CordJoint>(&joint_.kind)) told = &cord->tension;
+    return told && !told->empty() ? told : nullptr;
+}
+
 std::array<Eigen::Vector3d, 3> JointBonds::directions(std::span<const Nodes> x) const {
     if (joint_.b < 0) return frame_.directions;
     const Eigen::Vector3d origin = position(frame_.origin, x);

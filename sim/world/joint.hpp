@@ -99,6 +99,9 @@ class JointBonds {
                std::span<const std::shared_ptr<const NodeHold>> holds, double size);
 
     const Joint& joint() const noexcept { return joint_; }
+    /// What brings it to values that are told: the motor of a hinge or slider, the tension of a cord; null:
+    /// none.
+    Keyed<double>* told() noexcept;
 
     /// By how much its points may be apart, metres: a hundredth of the smaller body, and a twentieth of the
     /// width of what holds a hinge or slider, which is 3 degrees. Beyond, its motion is not that of a joint.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <iterator>
+#include <utility>
 #include <vector>
 
 namespace nbd {
@@ -14,6 +15,24 @@ struct Keyed {
     std::vector<Value> values;  // as many; none: `usual` holds throughout
 
     bool empty() const noexcept { return times.empty(); }
+
+    /// Lets it go from what it is at `begin` to a value at `end`, seconds, and forgets what was told for
+    /// later and long before. usual: as for at().
+    void go_to(const Value& value, double begin, double end, const Value& usual) {
+        constexpr std::size_t most = 6;  // keys of the last steps, which steps of second order look back to
+        const Value now = at(begin, usual);
+        const std::size_t kept = std::ranges::lower_bound(times, begin) - times.begin();
+        times.resize(kept);
+        values.resize(kept, usual);
+        for (const auto& [time, key] : {std::pair(begin, now), std::pair(end, value)}) {
+            times.push_back(time);
+            values.push_back(key);
+        }
+        if (times.size() <= most) return;
+        const auto old = static_cast<std::ptrdiff_t>(times.size() - most);
+        times.erase(times.begin(), times.begin() + old);
+        values.erase(values.begin(), values.begin() + old);
+    }
 
     Value at(double time, const Value& usual) const {
         if (times.empty()) return usual;

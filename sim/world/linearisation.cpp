@@ -7,14 +7,9 @@
 
 namespace nbd {
 
-/// Fixes from where and until when driven nodes and obstacles move that were given targets since the last
-/// step.
+/// Fixes from where and until when things move that were given targets since the last step.
 void World::start_driving(double dt) {
-    for (const auto& [obstacle, place] : next_places_) {
-        Motion& motion = obstacles_[obstacle].motion;
-        motion.go_to(place, time_, time_ + dt);
-        barrier().motion_of(obstacle) = motion;
-    }
+    go_to_targets(dt);
     for (Body& body : bodies_) {
         DrivenNodes& driven = body.driven;
         if (driven.end > driven.start) continue;

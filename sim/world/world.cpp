@@ -182,21 +182,6 @@ void World::set_pair(int a, int b, const PairRule& rule) {
     forget_parts();
 }
 
-void World::move_obstacle(int obstacle, Keyframe place) {
-    if (obstacle < 0 || obstacle >= std::ssize(obstacles_))
-        throw std::invalid_argument(
-            fmt::format("world: obstacle {} is not one of its {}", obstacle, obstacles_.size()));
-    place.time = 0;
-    check_motion({.keyframes = {place}});
-    next_places_[obstacle] = place;
-    Motion& motion = obstacles_[obstacle].motion;
-    if (!motion.stands()) return;
-    // What is held may touch an obstacle that stands for ever; now it is known that this one does not. The
-    // step sets when it is there.
-    motion.go_to(place, time_, time_ + 1);
-    forget_parts();
-}
-
 double World::thickness() const noexcept {
     return config_.contact.thickness > 0 ? config_.contact.thickness : 0.001 * smallest_diagonal();
 }

@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "collision/query/pair_query.hpp"
@@ -205,6 +206,22 @@ class World {
     /// outer forces. Throws std::invalid_argument for an obstacle that there is not, and numbers as
     /// check_motion().
     void move_obstacle(int obstacle, Keyframe place);
+
+    /// Likewise a grip, by its number among those of the body: from where it took its nodes.
+    void move_grip(int body, int grip, Keyframe place);
+
+    /// Brings the motor of a hinge or slider, radians or metres, or the tension of a cord, newtons, evenly to
+    /// a value in the next step, and ends what was told for later: it stays there. As little a part of
+    /// snapshots as outer forces. Throws std::invalid_argument for a joint that is not there or has neither,
+    /// and a value that is not finite, or below 0 of a tension.
+    void set_joint(int joint, double value);
+
+    /// Likewise the factor of a load of a body, by its number among those of the body: of a muscle its
+    /// activation, of a gas its amount.
+    void set_load(int body, int load, double factor);
+
+    /// Likewise the velocity of the air of a load that is a wind, m/s.
+    void set_wind(int body, int load, const Eigen::Vector3d& velocity);
 
     /// Face pairs of two bodies at most `distance` apart in the current pose, metres, >= 0, found with the
     /// bodies' bounds, in single precision. Throws std::invalid_argument where one of them has no tree.
@@ -415,6 +432,11 @@ class World {
     void add_holding_reactions(const StepPart& part, int index, const Nodes& x);
     void add_contact_reactions(const StepPart& part, std::span<const PairImpulse> pairs);
 
+    // targets.cpp
+    Keyed<double>* factor_of(int body, int load);
+    Wind* wind_of(int body, int load);
+    void go_to_targets(double dt);
+
     // linearisation.cpp
     void start_driving(double dt);
     void take_nodes();
@@ -508,7 +530,15 @@ class World {
     std::vector<int> first_unknown_{0};
     std::vector<Obstacle> obstacles_;
     PairRules pairs_;
-    std::map<int, Keyframe> next_places_;  // of obstacles, in the next step
+    /// Where what is told from step to step is brought in the next one.
+    struct Targets {
+        std::map<int, Keyframe> obstacles{};
+        std::map<std::pair<int, int>, Keyframe> grips{};  // by body and number
+        std::map<int, double> joints{};
+        std::map<std::pair<int, int>, double> factors{};         // of loads, likewise
+        std::map<std::pair<int, int>, Eigen::Vector3d> winds{};  // likewise
+    };
+    Targets next_;
     PairQuery query_;
     FrictionMemory friction_memory_;
     std::vector<JointBonds> joints_;

@@ -60,7 +60,7 @@ void World::take_step(double dt, WorldReport& report) {
                 reactions_.add(b, ReactionBy::cavity, k, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(),
                                {});
         tell_trouble(report);
-        next_places_.clear();
+        next_ = {};
     } catch (...) {
         take_back(start);
         for (Body& body : bodies_)  // nodes driven in this step move in the next one

@@ -51,4 +51,7 @@ using UsedWorld = Used<WorldObject>;
 /// Adds what holds and presses bodies, and rules for pairs, to the class.
 void bind_reactions(py::module_& m, py::class_<WorldObject>& world);
 
+/// Adds what is told from step to step.
+void bind_targets(py::class_<WorldObject>& world);
+
 }  // namespace nbd::python

@@ -157,12 +157,6 @@ Moves pairs_of(const std::vector<StartMove>& moves) {
     return all;
 }
 
-Eigen::Vector3d vector_from(const py::object& numbers, const char* name) {
-    const std::vector<double> three = list_from<double>(numbers, name);
-    if (three.size() != 3) throw std::invalid_argument(fmt::format("{}: has not three numbers", name));
-    return {three[0], three[1], three[2]};
-}
-
 void bind_state(py::class_<WorldObject>& world) {
     const auto of_body = py::arg("body") = 0;
     constexpr auto refer = py::return_value_policy::reference_internal;
@@ -215,22 +209,8 @@ void bind_state(py::class_<WorldObject>& world) {
             "Moves nodes to targets [nodes, 3], counted from `origin`, in the next step and holds them "
             "there until the next call, which replaces them. No nodes: frees all.")
         .def(
-            "move_obstacle",
-            [](const UsedWorld& self, int obstacle, const Typed<"Sequence[float]">& translation,
-               const Typed<"Sequence[float]">& rotation, double scale) {
-                self->world.move_obstacle(obstacle, {.translation = vector_from(translation, "translation"),
-                                                     .rotation = vector_from(rotation, "rotation"),
-                                                     .scale = scale});
-            },
-            py::arg("obstacle"), py::arg("translation") = py::make_tuple(0, 0, 0),
-            py::arg("rotation") = py::make_tuple(0, 0, 0), py::arg("scale") = 1.0,
-            "Moves an obstacle evenly in the next step to where this displaces it from its place in the scene: "
-            "scaled, turned by rotation (axis times angle, radians; the shortest way) about the `centre` of its "
-            "motion, then moved, metres. It stays there until the next call; its motion in the scene ends. "
-            "Not a part of snapshots: after a restore, tell it again before each step.")
-        .def(
             "snapshot", [](const UsedWorld& self) { return self->world.snapshot(); },
-            "The state now, without outer forces, driven nodes and moved obstacles.")
+            "The state now, without outer forces, driven nodes and targets of obstacles, grips, joints and loads.")
         .def(
             "restore",
             [](const UsedWorld& self, const WorldSnapshot& snapshot) { self->change().restore(snapshot); },
@@ -360,6 +340,7 @@ void bind_worlds(py::module_& m) {
     bind_state(world);
     bind_queries_of_world(world);
     bind_reactions(m, world);
+    bind_targets(world);
 }
 
 }  // namespace nbd::python
