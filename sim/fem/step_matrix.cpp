@@ -31,6 +31,17 @@ void StepMatrix::balance_rows(const Eigen::VectorXd& sums) {
     });
 }
 
+void StepMatrix::add_between(int i, int j, const Eigen::Matrix3d& block) {
+    const int k = pattern_->find(i, j) - pattern_->first_block(i);
+    const Eigen::Matrix3d before = this->block(i, k);
+    if (exact_.empty())
+        set(i, k, (before + block).cast<float>());
+    else
+        set_exactly(i, k, before + block);
+    const Eigen::Matrix3d added = this->block(i, k) - before;
+    diagonal_[i] -= 0.5 * (added + added.transpose());
+}
+
 void StepMatrix::isolate(int i) {
     const auto row = pattern_->neighbours(i);
     for (int k = 0; k < std::ssize(row); ++k) {

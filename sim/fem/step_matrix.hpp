@@ -45,6 +45,9 @@ class StepMatrix {
 
     /// Adds a symmetric block to the diagonal.
     void add(int i, const Eigen::Matrix3d& block) noexcept { diagonal_[i] += block; }
+    /// Adds a symmetric block off the diagonal, in row i and column j of the pattern, and takes it from the
+    /// diagonal of i, so that rows keep their sums. Call it for j and i, too.
+    void add_between(int i, int j, const Eigen::Matrix3d& block);
 
     /// Replaces row and column i by those of the identity.
     void isolate(int i);

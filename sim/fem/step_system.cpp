@@ -23,6 +23,15 @@ Resistance resistance(const ElasticBody& body, const StepStart& start) noexcept 
 
 }  // namespace
 
+void add_pull(const NodeSpring& spring, const Nodes& v, Nodes& out) {
+    Eigen::RowVector3d stretch = Eigen::RowVector3d::Zero();
+    for (std::size_t k = 0; k < spring.nodes.size(); ++k)
+        stretch += spring.factors[k] * v.row(spring.nodes[k]);
+    const Eigen::RowVector3d pull = stretch * spring.A;
+    for (std::size_t k = 0; k < spring.nodes.size(); ++k)
+        out.row(spring.nodes[k]) += spring.factors[k] * pull;
+}
+
 StepSystem::StepSystem(const ElasticBody& body)
     : body_(body),
       A_(body.zero_matrix()),
@@ -81,6 +90,7 @@ void StepSystem::assemble(const StepStart& start, const TimeStep& step, const Lo
     yielding_norm_ = std::sqrt(held_squared);
     is_image_known_ = false;
     resistance_.clear();
+    springs_.clear();
     std::fill(prescribed_.begin(), prescribed_.end(), 0);
     held_.clear();
     held_rhs_.resize(0, 3);
@@ -111,6 +121,7 @@ void StepSystem::multiply_free(const Eigen::Ref<const Eigen::VectorXd>& v) const
 Nodes StepSystem::product_of_free() const {
     Nodes product = mass_scale_ * body_.mass_product(free_) + elastic_scale_ * image_;
     for (std::size_t i = 0; i < resistance_.size(); ++i) product.row(i) += free_.row(i) * resistance_[i];
+    for (const NodeSpring& spring : springs_) add_pull(spring, free_, product);
     return product;
 }
 
@@ -125,6 +136,21 @@ void StepSystem::resist(double factor, std::span<const Eigen::Matrix3d> slopes, 
         A_.add(static_cast<int>(i), block);
         b_.segment<3>(3 * static_cast<Eigen::Index>(i)) += block * w.row(i).transpose();
     }
+}
+
+void StepSystem::stiffen(double factor, std::span<const NodeSpring> springs, const Nodes& w) {
+    if (springs.empty()) return;
+    Nodes pulls = Nodes::Zero(body_.node_count(), 3);
+    for (const NodeSpring& given : springs) {
+        const NodeSpring& spring = springs_.emplace_back(given.nodes, given.factors, factor * given.A);
+        add_pull(spring, w, pulls);
+        for (std::size_t i = 0; i < spring.nodes.size(); ++i)
+            for (std::size_t j = 0; j < spring.nodes.size(); ++j)
+                if (i != j)
+                    A_.add_between(spring.nodes[i], spring.nodes[j],
+                                   spring.factors[i] * spring.factors[j] * spring.A);
+    }
+    Eigen::Map<Nodes>(b_.data(), body_.node_count(), 3) += pulls;
 }
 
 void StepSystem::multiply(const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::Ref<Eigen::VectorXd> out) const {

@@ -21,6 +21,17 @@ struct PrescribedNodes {
     Nodes v;                 // [nodes, 3], m/s
 };
 
+/// What resists that nodes of a body move apart: 1/2 |s|^2_A is its energy, where s is the sum of `factors`
+/// times the displacements of the nodes.
+struct NodeSpring {
+    std::span<const int> nodes;       // neighbours in an element
+    std::span<const double> factors;  // [nodes], with the sum 0
+    Eigen::Matrix3d A;                // N/m, symmetric, >= 0
+};
+
+/// Adds what the spring's stiffness makes of v, [N, 3].
+void add_pull(const NodeSpring& spring, const Nodes& v, Nodes& out);
+
 /// The linear system A v = b of one step (see TimeStep) from (x*, v*), whose unknown is v:
 ///
 ///   A = c^2 (1 + dt alpha) M + dt^2 K(x) + c dt beta D
@@ -56,6 +67,10 @@ class StepSystem {
     /// Lets nodes resist changes of their velocities from w by factor [s] times `slopes` [N], N s/m,
     /// symmetric and >= 0: adds that to A, and its product with w to b. After assemble(), before prescribe().
     void resist(double factor, std::span<const Eigen::Matrix3d> slopes, const Nodes& w);
+
+    /// Likewise by springs whose forces are known at w: factor [s2] times their stiffness. Keeps the springs,
+    /// which must outlive the next assemble(), and adds to those of earlier calls.
+    void stiffen(double factor, std::span<const NodeSpring> springs, const Nodes& w);
 
     /// Size of the impulses of loads and elasticity at the start of the step of the last assemble(): sqrt(sum
     /// |p_i|^2 / m_i), sqrt(J). It does not depend on how the body moves as a whole.
@@ -104,6 +119,7 @@ class StepSystem {
     StepMatrix A_;
     Eigen::VectorXd b_;
     std::vector<Eigen::Matrix3d> resistance_;  // [N] of resist(), kg; empty: none
+    std::vector<NodeSpring> springs_;          // of stiffen(), with A in kg
     std::vector<char> prescribed_;             // [N]
     std::vector<int> held_;                    // prescribed nodes in the order of prescribe()
     Nodes held_rhs_;                           // [held, 3] b there, less the shares of A of prescribed nodes

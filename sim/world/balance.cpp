@@ -71,7 +71,7 @@ std::vector<World::Imbalance> World::imbalances(double dt, const Eigen::VectorXd
         Imbalance& of = all[b];
         const Nodes w = body_part(b, v), x = body.start.x + dt * w, push = body_part(b, pushes) / dt;
         set_end_forces(body, x);
-        set_drag(body, w);
+        linearise_loads(body, w);
         const Loads outer = end_loads(body);
         StepStart here = body.start;  // without resistance of its mass
         here.v = w;

@@ -204,17 +204,35 @@ void LoadForces::find_fibres(const ElasticBody& elastic) {
     }
 }
 
+Eigen::RowVector3d LoadForces::Fibre::stretched(NodesRef x) const {
+    Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
+    for (std::size_t k = 0; k < nodes.size(); ++k) sum += factors[k] * x.row(nodes[k]);
+    return sum;
+}
+
 /// Minus the derivative of the potential.
 void LoadForces::add_muscle(NodesRef x, double factor, Nodes& out) const {
     for (const Fibre& fibre : fibres_) {
-        Eigen::RowVector3d stretched = Eigen::RowVector3d::Zero();  // F d
-        for (std::size_t k = 0; k < fibre.nodes.size(); ++k)
-            stretched += fibre.factors[k] * x.row(fibre.nodes[k]);
+        const Eigen::RowVector3d stretched = fibre.stretched(x);
         const double length = stretched.norm();
         if (!(length > 0)) continue;
         const Eigen::RowVector3d pull = factor * load_.tension * fibre.volume / length * stretched;
         for (std::size_t k = 0; k < fibre.nodes.size(); ++k)
             out.row(fibre.nodes[k]) -= fibre.factors[k] * pull;
+    }
+}
+
+/// The second derivative of the potential.
+void LoadForces::add_springs(NodesRef x, double factor, std::vector<NodeSpring>& out) const {
+    if (!(factor * load_.tension > 0)) return;
+    for (const Fibre& fibre : fibres_) {
+        const Eigen::RowVector3d stretched = fibre.stretched(x);
+        const double length = stretched.norm();
+        if (!(length > 0)) continue;
+        const Eigen::Vector3d e = stretched.transpose() / length;
+        out.push_back({fibre.nodes, fibre.factors,
+                       factor * load_.tension * fibre.volume / length *
+                           (Eigen::Matrix3d::Identity() - e * e.transpose())});
     }
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sim/fem/elastic_body.hpp"
+#include "sim/fem/step_system.hpp"
 #include "sim/patches/contact_shape.hpp"
 #include "sim/world/keyed.hpp"
 
@@ -46,7 +47,8 @@ struct AirFlow {
 /// A muscle has fibres along directions d of the rest pose. Their tension, over their area at rest, does not
 /// depend on how long they are: with the deformation gradient F its potential is tension |F d| for a volume
 /// at rest, and its stress is tension F d d^T / |F d|. It follows the body likewise. A bar whose fibres run
-/// along it is shorter by tension / Young's modulus.
+/// along it is shorter by tension / Young's modulus. The step's matrix has its derivative, which is >= 0, so
+/// that a free body that contracts hardly turns.
 struct BodyLoad {
     LoadKind kind = LoadKind::force;
     Eigen::Vector3d value = Eigen::Vector3d::Zero();  // N, N m or m/s2
@@ -83,6 +85,9 @@ class LoadForces {
 
     /// Adds the node forces at the positions x, [N, 3] metres, times a factor. out: [N, 3] newtons.
     void add(NodesRef x, double factor, Nodes& out) const;
+    /// Appends how forces of a muscle answer to motion from x: its fibres turn with what they pull. The
+    /// springs refer to the load. Other loads have none.
+    void add_springs(NodesRef x, double factor, std::vector<NodeSpring>& out) const;
 
  private:
     void add_torque(NodesRef x, double factor, Nodes& out) const;
@@ -105,7 +110,9 @@ class LoadForces {
     struct Fibre {
         double volume;  // m3 at rest
         std::vector<int> nodes;
-        std::vector<double> factors;  // [nodes] 1/m
+        std::vector<double> factors;  // [nodes] 1/m, with the sum 0
+
+        Eigen::RowVector3d stretched(NodesRef x) const;  // F d
     };
     std::vector<Fibre> fibres_;  // of a muscle
 };

@@ -71,13 +71,13 @@ void World::build_systems(const std::vector<PrescribedNodes>& given, const Eigen
         Body& body = at(b);
         const Nodes w = iterate ? body_part(b, *iterate) : first_iterate(body);
         set_end_forces(body, body.start.x + step_.dt * w);
-        set_drag(body, w);
+        linearise_loads(body, w);
         linearise_gases(b, w);
         // What pulls at a rigid body is far beyond its weight, so that an iteration needs how that turns with
         // it.
         const bool is_full = body.elastic->is_rigid() && iterate && tangent == Tangent::rotated;
         systems_[b].assemble(body.start, step_, end_loads(body), w, is_full ? Tangent::full : tangent);
-        resist_winds(b, w);
+        add_tangents(b, w);
     }
     for (std::size_t b = 0; b < bodies_.size(); ++b) systems_[b].prescribe(given[b]);
 }
@@ -91,7 +91,7 @@ double World::residual(const Eigen::VectorXd& v) {
     for (int b = 0; b < body_count(); ++b) {
         const StepSystem& system = systems_[b];
         set_end_forces(at(b), at(b).start.x + step_.dt * body_part(b, v));
-        set_drag(at(b), body_part(b, v));
+        linearise_loads(at(b), body_part(b, v));
         const Loads outer = end_loads(at(b));
         const Nodes own = StepPotential(*at(b).elastic, at(b).start, step_, outer, system.elements())
                               .gradient(body_part(b, v));

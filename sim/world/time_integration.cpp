@@ -194,6 +194,7 @@ void World::advance(int index, const Nodes& w, const Eigen::VectorXd& impulses, 
                                                    gravity_at(time_ + dt).transpose()) -
                         body.outer_end - body_part(index, impulses) / dt;
     if (!body.drags.empty()) body.inner_forces -= drag_forces(body, w);
+    if (!body.springs.empty()) body.inner_forces -= spring_forces(body, w);
     if (body.start.impulses.rows() > 0) body.inner_forces -= factor / dt * body.start.impulses;
     take_holding(index, holding, body_part(index, all - impulses).colwise().sum());
     const std::vector<int>& held = body.before->held;

@@ -1,4 +1,5 @@
-// Winds on the bodies of a world. Like a contact, a wind acts with its whole impulse in a step, as it is at
+// How loads answer to the motion in a step: those of muscles turn with the body, those of winds fall with its
+// velocities. Like a contact, a wind acts with its whole impulse in a step, as it is at
 // its end: so air at rest takes energy in steps of any length.
 #include <algorithm>
 #include <utility>
@@ -14,12 +15,16 @@ void World::add_winds(Body& body, std::vector<BodyLoad>& loads) {
     std::erase_if(loads, [](const BodyLoad& load) { return load.kind == LoadKind::wind; });
 }
 
-/// Linearises the winds on a body at its unknown w, with the air at the end of the part.
-void World::set_drag(Body& body, const Nodes& w) {
+/// Linearises the winds and muscles of a body at its unknown w, as they are at the end of the part.
+void World::linearise_loads(Body& body, const Nodes& w) {
     body.drags.clear();
-    if (body.winds.empty()) return;
+    body.springs.clear();
     const double end = time_ + step_.dt;
     const Nodes x = body.start.x + step_.dt * w;
+    for (const LoadForces& load : body.loads)
+        load.add_springs(x, load.load().factor.at(end, load_share(end)), body.springs);
+    if (!body.springs.empty() || !body.winds.empty()) body.linearised_at = w;
+    if (body.winds.empty()) return;
     const Nodes v = config_.statics ? Nodes::Zero(w.rows(), 3) : Nodes(step_.velocity_factor * w);
     for (const Wind& wind : body.winds) {
         body.drags.push_back(wind.drag(x, v, wind.air_at(end)));
@@ -27,7 +32,6 @@ void World::set_drag(Body& body, const Nodes& w) {
         if (wind.load().air.keys.empty()) body.drags.back().forces *= load_share(end);
         body.drags.back().slopes.clear();  // what rests has no velocity
     }
-    body.drag_at = w;
 }
 
 /// Forces of wind k on a body at its unknown w, as they were linearised last, [N, 3] newtons.
@@ -35,7 +39,7 @@ Nodes World::drag_forces(const Body& body, std::size_t k, const Nodes& w) const 
     const Drag& drag = body.drags[k];
     Nodes forces = drag.forces;
     for (std::size_t i = 0; i < drag.slopes.size(); ++i)
-        forces.row(i) -= step_.velocity_factor * (w.row(i) - body.drag_at.row(i)) * drag.slopes[i];
+        forces.row(i) -= step_.velocity_factor * (w.row(i) - body.linearised_at.row(i)) * drag.slopes[i];
     return forces;
 }
 
@@ -46,11 +50,20 @@ Nodes World::drag_forces(const Body& body, const Nodes& w) const {
     return step_.velocity_factor * sum;
 }
 
-/// Lets the system of a body answer to its velocities as its winds do.
-void World::resist_winds(int index, const Nodes& w) {
-    const double c = step_.velocity_factor;
+/// By what the forces of muscles change up to the unknown w of a step, [N, 3] newtons.
+Nodes World::spring_forces(const Body& body, const Nodes& w) const {
+    Nodes pulls = Nodes::Zero(w.rows(), 3);
+    const Nodes way = step_.dt * (w - body.linearised_at);
+    for (const NodeSpring& spring : body.springs) add_pull(spring, way, pulls);
+    return -pulls;
+}
+
+/// Lets the system of a body answer to its unknown as its winds and muscles do.
+void World::add_tangents(int index, const Nodes& w) {
+    const double dt = step_.dt, c = step_.velocity_factor;
+    systems_[index].stiffen(dt * dt, at(index).springs, w);
     for (const Drag& drag : at(index).drags)
-        if (!drag.slopes.empty()) systems_[index].resist(c * c * step_.dt, drag.slopes, w);
+        if (!drag.slopes.empty()) systems_[index].resist(c * c * dt, drag.slopes, w);
 }
 
 /// What winds add to the potential of the step of a body at its unknown w, in the pose in which they were
@@ -62,8 +75,8 @@ double World::drag_energy(const Body& body, const Nodes& w) const {
         if (config_.statics)
             sum -= dt * body.drags[k].forces.cwiseProduct(w).sum();
         else
-            sum += dt * body.winds[k].potential(body.start.x + dt * body.drag_at, step_.velocity_factor * w,
-                                                body.winds[k].air_at(time_ + dt));
+            sum += dt * body.winds[k].potential(body.start.x + dt * body.linearised_at,
+                                                step_.velocity_factor * w, body.winds[k].air_at(time_ + dt));
     return sum;
 }
 
@@ -79,9 +92,9 @@ double World::drag_error(const Eigen::VectorXd& v) const {
         double off = 0, all = 0;
         for (std::size_t k = 0; k < body.winds.size(); ++k) {
             const Wind& wind = body.winds[k];
-            const Nodes now =
-                wind.drag(body.start.x + step_.dt * body.drag_at, velocity, wind.air_at(time_ + step_.dt))
-                    .forces;
+            const Nodes now = wind.drag(body.start.x + step_.dt * body.linearised_at, velocity,
+                                        wind.air_at(time_ + step_.dt))
+                                  .forces;
             off += (now - drag_forces(body, k, w)).rowwise().norm().sum();
             all += now.rowwise().norm().sum();
         }

@@ -210,10 +210,10 @@ class World {
     /// Likewise a grip, by its number among those of the body: from where it took its nodes.
     void move_grip(int body, int grip, Keyframe place);
 
-    /// Brings the motor of a hinge or slider, radians or metres, or the tension of a cord, newtons, evenly to
-    /// a value in the next step, and ends what was told for later: it stays there. As little a part of
-    /// snapshots as outer forces. Throws std::invalid_argument for a joint that is not there or has neither,
-    /// and a value that is not finite, or below 0 of a tension.
+    /// Brings the motor of a hinge or slider, radians or metres, the winch of a cord, metres, or its tension,
+    /// newtons, evenly to a value in the next step, and ends what was told for later: it stays there. As
+    /// little a part of snapshots as outer forces. Throws std::invalid_argument for a joint that is not there
+    /// or has none of these, and a value that is not finite, or is not one of a length or tension.
     void set_joint(int joint, double value);
 
     /// Likewise the factor of a load of a body, by its number among those of the body: of a muscle its
@@ -294,8 +294,9 @@ class World {
         std::vector<ClosedGas> gases{};
         Nodes gas_end{};  // forces of gases at the end of the part, [N, 3] N; empty: it has none
         std::vector<Wind> winds{};
-        std::vector<Drag> drags{};  // [winds] as linearised last at the unknown drag_at, [N, 3] m/s
-        Nodes drag_at{};
+        std::vector<Drag> drags{};          // [winds] as linearised last at the unknown linearised_at
+        std::vector<NodeSpring> springs{};  // of muscles, likewise
+        Nodes linearised_at{};              // [N, 3] m/s; empty: it has neither
         // Outer forces in the part with loads, [N, 3] N: with the weights of the rates before it, and at its
         // end, as they were last linearised.
         Nodes outer_before, outer_end;
@@ -344,7 +345,7 @@ class World {
     Loads end_loads(const Body& body) const {
         Loads loads = outer_end_loads(body);
         if (body.gas_end.rows() > 0) loads.forces += body.gas_end;
-        if (!body.drags.empty()) loads.forces += drag_forces(body, body.drag_at);
+        if (!body.drags.empty()) loads.forces += drag_forces(body, body.linearised_at);
         return loads;
     }
     Loads outer_end_loads(const Body& body) const {  // without gases and winds
@@ -419,10 +420,11 @@ class World {
 
     // winds.cpp
     static void add_winds(Body& body, std::vector<BodyLoad>& loads);
-    void set_drag(Body& body, const Nodes& w);
+    void linearise_loads(Body& body, const Nodes& w);
     Nodes drag_forces(const Body& body, std::size_t k, const Nodes& w) const;
     Nodes drag_forces(const Body& body, const Nodes& w) const;
-    void resist_winds(int index, const Nodes& w);
+    Nodes spring_forces(const Body& body, const Nodes& w) const;
+    void add_tangents(int index, const Nodes& w);
     double drag_energy(const Body& body, const Nodes& w) const;
     double drag_error(const Eigen::VectorXd& v) const;
     void add_wind_reactions(const StepPart& part, int index, const Nodes& w, const Nodes& x);
