@@ -78,6 +78,8 @@ class ContactSolver {
     /// systems: assembled and prescribed. v: initial guess on entry, velocities at the end of the step on
     /// return.
     ContactSolveReport solve(std::span<const StepSystem> systems, Eigen::VectorXd& v);
+    /// Takes the laws of bonds as they are now, which may have other tensions, and linearises them at v.
+    void renew_bonds(const Eigen::VectorXd& v) { linearise_bonds(v); }
 
     /// The largest norm of a body's part of r, an impulse, as a share of its scale, without bodies of which
     /// `rounding` has a larger norm. A scale is the size of the body's impulses in the step, in the norms of

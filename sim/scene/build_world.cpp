@@ -376,6 +376,12 @@ World build_world(const SceneSpec& given, std::span<const LoadedBody> bodies, st
     }
     for (const ScenePair& pair : spec.pairs) world.set_pair(pair.a, pair.b, pair.rule);
     for (const SceneJoint& joint : spec.joints) add_joint(joint, world, *bodies[joint.joint.a].body);
+    for (int t = 0; t < std::ssize(spec.tendons); ++t) {
+        Tendon tendon = spec.tendons[t];
+        for (int j = 0; j < std::ssize(spec.joints); ++j)
+            if (spec.joints[j].tendon == t) tendon.parts.push_back(j);
+        world.add_tendon(std::move(tendon));
+    }
     if (moves)
         *moves = move_apart(spec, world);
     else if (spec.resolve_start)

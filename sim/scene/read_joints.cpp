@@ -67,6 +67,12 @@ void read_kind(JsonObject& from, SceneJoint& result) {
         }
         cord.damping = of.number("damping", 0, not_negative);
         cord.length = of.optional_number("length", positive_number);
+        cord.winch = read_keyed(of, "winch");
+        if (cord.length && !cord.winch.empty()) of.problem("winch", "must not be beside \"length\"");
+        if (std::ranges::any_of(cord.winch.values, [](double value) { return !(value > 0); })) {
+            of.problem("winch", "needs lengths above 0");
+            cord.winch = {};
+        }
         result.joint.kind = std::move(cord);
     }
     of.finish();
@@ -74,13 +80,13 @@ void read_kind(JsonObject& from, SceneJoint& result) {
 
 }  // namespace
 
-std::vector<SceneJoint> read_tendons(JsonObject& from, const SceneSpec& spec) {
+void read_tendons(JsonObject& from, SceneSpec& spec) {
     struct Via {
         int body;  // -1: the world
         Eigen::Vector3d at;
     };
     const SceneNames names(spec);
-    std::vector<SceneJoint> joints;
+    std::vector<SceneJoint>& joints = spec.joints;
     for (JsonObject& entry : from.objects("tendons")) {
         const std::string key = entry.path("");
         std::string name = entry.text("name", "");
@@ -93,7 +99,18 @@ std::vector<SceneJoint> read_tendons(JsonObject& from, const SceneSpec& spec) {
             if (vias.size() > 1 && vias[vias.size() - 2].at == vias.back().at)
                 via.problem("at", "is where the point before it is");
         }
+        const std::string kind = entry.need_one({"force", "winch"});
         const double force = entry.number("force", 0, not_negative);
+        Tendon tendon{.parts = {}, .winch = read_keyed(entry, "winch")};
+        tendon.stiffness = entry.number("stiffness", 0, not_negative);
+        if (std::ranges::any_of(tendon.winch.values, [](double value) { return !(value > 0); })) {
+            entry.problem("winch", "needs lengths above 0");
+            tendon.winch = {};
+        }
+        for (const char* key : {"factor", "stiffness"})
+            if (entry.has(key) && !kind.empty() && (kind == "winch") != (key == std::string("stiffness")))
+                entry.problem(key, kind == "winch" ? "is of a force, and this tendon has a length"
+                                                   : "is for a tendon with a \"winch\"");
         Keyed<double> tension = read_keyed(entry, "factor");
         if (!tension.empty() && std::ranges::min(tension.values) < 0)
             entry.problem("factor", "must not be below 0: a tendon only pulls");
@@ -102,17 +119,21 @@ std::vector<SceneJoint> read_tendons(JsonObject& from, const SceneSpec& spec) {
         if (vias.size() < 2) entry.problem("through", "must be two points or more");
         if (std::ranges::all_of(vias, [](const Via& via) { return via.body < 0; }) && vias.size() > 1)
             entry.problem("through", "must have a point of a body");
-        entry.need("force");
         entry.finish();
+        const bool is_winch = !tendon.winch.empty();
         std::vector<SceneJoint> parts;
         for (std::size_t k = 1; k < vias.size(); ++k) {
             const bool is_turned = vias[k - 1].body < 0;  // the world is second
             const Via &a = vias[is_turned ? k : k - 1], &b = vias[is_turned ? k - 1 : k];
-            if (a.body < 0) continue;
+            if (a.body < 0) {
+                tendon.fixed += (a.at - b.at).norm();
+                continue;
+            }
             SceneJoint& part = parts.emplace_back();
             part.key = key;
             part.joint.a = a.body;
             part.joint.b = b.body;
+            if (is_winch) part.tendon = static_cast<int>(spec.tendons.size());
             CordJoint cord{.from = a.at, .to = b.at};
             cord.tension = tension;
             part.joint.kind = std::move(cord);
@@ -121,8 +142,8 @@ std::vector<SceneJoint> read_tendons(JsonObject& from, const SceneSpec& spec) {
             parts[k].joint.name = parts.size() == 1 ? name : fmt::format("{} {}", name, k + 1);
             joints.push_back(std::move(parts[k]));
         }
+        if (is_winch && !parts.empty()) spec.tendons.push_back(std::move(tendon));
     }
-    return joints;
 }
 
 std::vector<SceneJoint> read_joints(JsonObject& from, const SceneSpec& spec) {

@@ -74,8 +74,9 @@ SceneTime read_static_time(JsonObject& from);
 void refuse_motion(const nlohmann::json& scene, JsonReading& reading);
 
 std::vector<SceneJoint> read_joints(JsonObject& from, const SceneSpec& spec);
-/// A tendon is a cord with its tension from each of its points to the next: without friction, that is the
-/// same all along it.
-std::vector<SceneJoint> read_tendons(JsonObject& from, const SceneSpec& spec);
+/// Adds tendons to the scene. Such a one is a cord with its tension from each of its points to the next:
+/// without friction, that is the same all along it. One of a given length has its tension from
+/// World::add_tendon().
+void read_tendons(JsonObject& from, SceneSpec& spec);
 
 }  // namespace nbd

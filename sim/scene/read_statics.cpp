@@ -34,7 +34,7 @@ void for_entries(const nlohmann::json& scene, const char* key, const Act& act) {
 
 /// The time of an entry of a list of keys: [time, value], or an object with a "time"; none of others.
 std::optional<double> time_of_key(const nlohmann::json& entry, const std::string& key) {
-    const bool has_pairs = key == "factor" || key == "motor" || key == "length";
+    const bool has_pairs = key == "factor" || key == "motor" || key == "winch";
     if (has_pairs && entry.is_array() && entry.size() == 2 && entry[0].is_number())
         return entry[0].get<double>();
     if (entry.is_object() && entry.contains("time") && entry["time"].is_number())
@@ -94,6 +94,9 @@ void refuse_motion(const nlohmann::json& scene, JsonReading& reading) {
                 refuse(joint[kind], fmt::format("{}.{}", path, kind), {{"damping", undamped}}, reading);
     });
     refuse_late_keys(scene, "", reading);
+    for_entries(scene, "tendons", [&](const nlohmann::json& tendon, const std::string& path) {
+        refuse(tendon, path, {{"winch", "balances know tendons with a \"force\" alone"}}, reading);
+    });
     if (scene.contains("solver"))
         refuse(scene["solver"], "solver",
                {{"integrator", "there are no steps in time"},

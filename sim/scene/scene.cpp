@@ -137,7 +137,7 @@ SceneReading read_scene(std::string_view text, const std::filesystem::path& base
     }
     read_gravity(from, spec);
     spec.joints = read_joints(from, spec);
-    for (SceneJoint& part : read_tendons(from, spec)) spec.joints.push_back(std::move(part));
+    read_tendons(from, spec);
     const std::size_t before_regions = reading.problems.size();
     check_regions(from, spec);
     for (std::size_t k = before_regions; k < reading.problems.size(); ++k)

@@ -146,6 +146,7 @@ struct SceneJoint {
     std::string key;                 // "joints[1]", for messages
     Joint joint;                     // a weld's places are those in `region`
     std::optional<Region> region{};  // of a weld: nodes of the first body, or vertices of a rigid one
+    int tendon = -1;                 // of SceneSpec::tendons that it is a part of; -1: none
 };
 
 struct SceneTime {
@@ -176,6 +177,7 @@ struct SceneSpec {
     std::vector<SceneBody> bodies;
     std::vector<SceneObstacle> obstacles;
     std::vector<SceneJoint> joints{};
+    std::vector<Tendon> tendons{};         // of given lengths, without their parts, see SceneJoint::tendon
     Eigen::Vector3d gravity{0, 0, -9.81};  // the first one of gravity_keys if there are any
     Keyed<Eigen::Vector3d> gravity_keys;
     ContactConfig contact;

@@ -114,7 +114,7 @@ Eigen::MatrixXd World::first_gas_response() const {
 }
 
 /// Solves the systems of the step with the pressures that gases have at its solution.
-ContactSolveReport World::solve_systems(Eigen::VectorXd& v) {
+ContactSolveReport World::solve_with_gases(Eigen::VectorXd& v) {
     if (gases_.empty()) return solver_.solve(systems_, v);
     constexpr double of_changes = 1e-3, of_absolute = 1e-7, poor = 100;
     const double of_pressures = 0.1 * std::min(1e-4, config_.step.newton_tolerance);

@@ -137,7 +137,7 @@ void check_freedom(const Joint& joint, const JointFreedom& freedom, double farth
 }
 
 void check_pull(const Joint& joint, const CordJoint& cord) {
-    if (cord.stiffness > 0 || cord.damping > 0 || cord.pulls_only || cord.length)
+    if (cord.stiffness > 0 || cord.damping > 0 || cord.pulls_only || cord.length || !cord.winch.empty())
         throw std::invalid_argument(fmt::format(
             "joint \"{}\": a tension that is given leaves nothing to stiffness, damping and length; "
             "name one of them",
@@ -189,6 +189,10 @@ void check_joint(const Joint& joint, int body_count) {
         if (!(length > 0) || !std::isfinite(length))
             fail(fmt::format("its length is {} m, but must be > 0", length));
         if (is_pull) check_pull(joint, *cord);
+        check_keyed(joint, cord->winch, "winch", true);
+        if (!cord->winch.empty() && cord->length) fail("a winch leaves nothing to its length");
+        if (std::ranges::any_of(cord->winch.values, [](double value) { return !(value > 0); }))
+            fail("the lengths of its winch must be > 0");
     }
 }
 
@@ -254,7 +258,8 @@ Keyed<double>* JointBonds::told() noexcept {
     Keyed<double>* told = nullptr;
     if (auto* hinge = std::get_if<HingeJoint>(&joint_.kind)) told = &hinge->angle.motor;
     if (auto* slider = std::get_if<SliderJoint>(&joint_.kind)) told = &slider->way.motor;
-    if (auto* cord = std::get_if<CordJoint>(&joint_.kind)) told = &cord->tension;
+    if (auto* cord = std::get_if<CordJoint>(&joint_.kind))
+        told = cord->winch.empty() ? &cord->tension : &cord->winch;
     return told && !told->empty() ? told : nullptr;
 }
 
@@ -340,6 +345,10 @@ double JointBonds::value(std::span<const Nodes> x) const {
     return std::atan2(e[2].dot(arm), e[1].dot(arm));
 }
 
+double JointBonds::firmness(double dt) const {
+    return stiffness(on_a_[0], joint_.b < 0 ? CarriedPoint{} : on_b_[0], dt);
+}
+
 /// What a motor, limits or a spring do along the freedom of a hinge or slider. a: the point of body a that
 /// they act on, in a hinge `arm` from its axis; a slider has none.
 void JointBonds::add_freedom(const JointFreedom& freedom, double value, double arm, const CarriedPoint& a,
@@ -420,7 +429,7 @@ void JointBonds::add(std::span<const Nodes> x, double time, double dt, std::vect
         }
         law.stiffness = cord->stiffness > 0 ? cord->stiffness : stiffness(on_a_[0], to.point, dt);
         law.damping = cord->damping;
-        law.length = length_;
+        law.length = cord->winch.at(time, length_);
         law.pulls_only = cord->pulls_only;
         if (cord->pulls_only || cord->stiffness == 0)
             bind(on_a_[0], to, law, x, bonds);

@@ -59,6 +59,7 @@ struct CordJoint {
     double stiffness = 0;            // N/m; 0: it does not stretch
     double damping = 0;              // N s/m
     std::optional<double> length{};  // at rest, metres; none: that when it is added
+    Keyed<double> winch{};           // likewise by keyframes, > 0; none: it stays
     bool pulls_only = false;         // as a rope does
     Keyed<double> tension{};         // newtons, >= 0, at any length; none: as stiffness and length say
 };
@@ -114,6 +115,9 @@ class JointBonds {
     /// The largest distance of a place of the joint, where it was added, from a point, metres; of a cord no
     /// less than its length.
     double reach_from(const Eigen::Vector3d& point) const;
+
+    /// Of a cord that does not stretch, N/m, in steps of length dt.
+    double firmness(double dt) const;
 
     /// The angle of a hinge, the way of a slider or the length of a cord at x; 0 of others.
     double value(std::span<const Nodes> x) const;

@@ -83,6 +83,7 @@ void World::find_bonds(double dt, const Eigen::VectorXd& v) {
         bond.law.stiffness *= step_.velocity_factor;  // so that its whole impulse acts
         bond.law.damping *= step_.velocity_factor;
     }
+    if (!tendons_.empty()) find_tensions(dt);
 }
 
 /// Forces of the springs of joints on the nodes of each body where these are now, newtons. Sets springs_. dt:

@@ -47,14 +47,24 @@ void World::set_joint(int joint, double value) {
             fmt::format("world: joint {} is not one of its {}", joint, joint_count()));
     JointBonds& bonds = joints_[joint];
     const std::string& name = bonds.joint().name;
-    if (!bonds.told())
+    if (!told_of(joint))
         throw std::invalid_argument(
-            fmt::format("world: joint \"{}\" has neither a motor nor a given tension", name));
+            fmt::format("world: joint \"{}\" has no motor, winch or given tension", name));
     if (!std::isfinite(value)) throw std::invalid_argument("world: the value of a joint is not finite");
-    if (std::holds_alternative<CordJoint>(bonds.joint().kind) && value < 0)
-        throw std::invalid_argument(
-            fmt::format("world: the tension of joint \"{}\" is {}, but must be >= 0", name, value));
+    if (const auto* cord = std::get_if<CordJoint>(&bonds.joint().kind)) {
+        const bool is_winch = !cord->winch.empty() || tendon_of(joint) >= 0;
+        if (value < 0 || (is_winch && value == 0))
+            throw std::invalid_argument(fmt::format("world: the {} of joint \"{}\" is {}, but must be {} 0",
+                                                    is_winch ? "length" : "tension", name, value,
+                                                    is_winch ? ">" : ">="));
+    }
     next_.joints[joint] = value;
+}
+
+/// Of a part of a tendon, the winch of that.
+Keyed<double>* World::told_of(int joint) {
+    const int tendon = tendon_of(joint);
+    return tendon >= 0 ? &tendons_[tendon].winch : joints_[joint].told();
 }
 
 Keyed<double>* World::factor_of(int body, int load) {
@@ -105,7 +115,7 @@ void World::go_to_targets(double dt) {
     }
     for (const auto& [grip, place] : next_.grips)
         at(grip.first).grips[grip.second].motion.go_to(place, time_, end);
-    for (const auto& [joint, value] : next_.joints) joints_[joint].told()->go_to(value, time_, end, 0);
+    for (const auto& [joint, value] : next_.joints) told_of(joint)->go_to(value, time_, end, 0);
     for (const auto& [load, factor] : next_.factors)
         factor_of(load.first, load.second)->go_to(factor, time_, end, load_share(time_));
     for (const auto& [load, velocity] : next_.winds) {

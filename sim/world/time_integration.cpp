@@ -66,6 +66,7 @@ void World::begin_backward_euler(double dt) {
     for (Body& body : bodies_) body.start = StepStart(body.state);
     step_ = dt;
     knows_last_ = false;
+    tensions_.setZero(std::ssize(tendons_));
     begin_outer_forces(TwoStepWeights(1));
 }
 

@@ -86,6 +86,15 @@ struct WorldBody {
     std::string name{};  // in messages; empty: "body 0", ...
 };
 
+/// A cord of a length that is told, without friction: its tension is the same all along its parts. It pulls
+/// where it is taut, and a stiffness keeps it from getting longer.
+struct Tendon {
+    std::vector<int> parts;  // joints that are cords with a given tension, which this sets instead
+    double fixed = 0;        // length of parts between points of the world, metres
+    Keyed<double> winch{};   // its whole length at rest, metres, > 0
+    double stiffness = 0;    // N/m; 0: it does not stretch
+};
+
 /// What a step did, in numbers and in words.
 struct WorldReport : StepReport {
     bool contacts_settled = true;  // see ContactSolveReport::settled
@@ -164,6 +173,10 @@ class World {
     /// joint or a cord lets them. Returns the joint's index: 0, 1, ... Throws std::invalid_argument as
     /// check_joint(), and where a place of the joint lies too far outside of a body that deforms.
     int add_joint(Joint joint);
+    /// Lets joints be the parts of a tendon. Throws std::invalid_argument for joints that are not there, are
+    /// no cords with a given tension or are part of another one, and for numbers out of range; in statics,
+    /// too.
+    void add_tendon(Tendon tendon);
     int joint_count() const noexcept { return joints_.size(); }
     const Joint& joint(int index) const { return joints_.at(index).joint(); }
     /// The angle of a hinge, radians, the way of a slider or the length of a cord, metres; 0 of others.
@@ -414,7 +427,7 @@ class World {
     Eigen::VectorXd gas_pressures(const Eigen::VectorXd& v) const;
     void set_gas_pressures(const Eigen::VectorXd& pressures);
     Eigen::MatrixXd first_gas_response() const;
-    ContactSolveReport solve_systems(Eigen::VectorXd& v);
+    ContactSolveReport solve_with_gases(Eigen::VectorXd& v);
     double gas_error(const Eigen::VectorXd& v) const;
     double share_of_cavities(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to) const;
 
@@ -434,7 +447,16 @@ class World {
     void add_holding_reactions(const StepPart& part, int index, const Nodes& x);
     void add_contact_reactions(const StepPart& part, std::span<const PairImpulse> pairs);
 
+    // tendons.cpp
+    int tendon_of(int joint) const;
+    double taut_tension(std::size_t tendon, std::span<const Nodes> x) const;
+    void find_tensions(double dt);
+    void set_tensions(const Eigen::VectorXd& tensions);
+    Eigen::MatrixXd first_tendon_response() const;
+    ContactSolveReport solve_systems(Eigen::VectorXd& v);
+
     // targets.cpp
+    Keyed<double>* told_of(int joint);
     Keyed<double>* factor_of(int body, int load);
     Wind* wind_of(int body, int load);
     void go_to_targets(double dt);
@@ -544,7 +566,10 @@ class World {
     PairQuery query_;
     FrictionMemory friction_memory_;
     std::vector<JointBonds> joints_;
-    std::vector<char> broken_;                            // [joints]
+    std::vector<char> broken_;  // [joints]
+    std::vector<Tendon> tendons_;
+    std::vector<double> tendon_stiffness_;                // [tendons] in the part, N/m
+    Eigen::VectorXd tensions_;                            // [tendons] that bonds have, newtons
     std::vector<JointLoad> springs_, springs_before_;     // [joints] of springs, now and a step before
     std::vector<std::shared_ptr<const NodeHold>> holds_;  // [bodies]; null: without joints
     std::vector<Contact> contacts_;                       // of solver_

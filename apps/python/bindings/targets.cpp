@@ -70,7 +70,7 @@ void bind_targets(py::class_<WorldObject>& world) {
                 self->world.set_joint(joint_from(*self, joint), value);
             },
             py::arg("joint"), py::arg("value"),
-            "Brings the motor of a hinge or slider, radians or metres, or the force of a part of a tendon, newtons, "
+            "Brings the motor of a hinge or slider, radians or metres, the winch of a rope or spring, metres, or the force of a part of a tendon, newtons, "
             "evenly to a value in the next step: of a joint that has one in the scene, by its number or name. It "
             "stays there until the next call, like a moved obstacle.")
         .def(

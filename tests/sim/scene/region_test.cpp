@@ -300,7 +300,7 @@ TEST(Scene, ReadsTendonsAsCordsFromPointToPoint) {
         EXPECT_EQ(cord.tension.values, (std::vector<double>{0, 2}));
     }
     const std::string ends = R"("through": [{"body": "a", "at": [0, 0, 1]}, {"at": [0, 0, 2]}])";
-    EXPECT_EQ(complaint(scene(ends)), "tendons[0].force: is missing");
+    EXPECT_EQ(complaint(scene(ends)), R"(tendons[0]: needs exactly one of "force" and "winch")");
     EXPECT_EQ(complaint(scene(ends + R"(, "force": -1)")),
               "tendons[0].force: is -1, but must be between 0 and 1e30");
     EXPECT_EQ(complaint(scene(ends + R"(, "force": 1, "factor": [[0, -1]])")),

@@ -211,5 +211,58 @@ TEST(SceneWind, IsRefusedWhereItHasNoMeaning) {
     EXPECT_EQ(refused(R"({"wind": {"velocity": [0, 0, 0], "drag": 1}})").find(at + ".wind.drag: "), 0u);
 }
 
+/// A tendon over two points of the world holds a block by its weight: what lies between these is of its
+/// length.
+TEST(SceneWinch, HoldsABlockByATendonAndByARope) {
+    TriMesh box = test::box(0.1, 0.1, 0.1, 1);
+    const LoadedBody loaded{std::make_shared<const Body>(make_rigid_body("box", std::move(box), 1000)),
+                            nullptr};
+    for (const bool is_far : {false, true})
+        for (const bool is_rope : {false, true}) {
+            const std::string x = is_far ? "1000000.05" : "0.05", place = is_far ? "1e6" : "0";
+            const std::string cord =
+                is_rope
+                    ? R"("joints": [{"name": "cord", "body": "a", "rope": {"from": [)" + x +
+                          R"(, 0.05, 0.1], "to": [)" + x + R"(, 0.05, 1.1], "winch": [[0, 1], [1, 0.5]]}}])"
+                    : R"("tendons": [{"name": "cord", "through": [{"body": "a", "at": [)" + x +
+                          R"(, 0.05, 0.1]}, {"at": [)" + x + R"(, 0.05, 1.1]}, {"at": [)" + x +
+                          R"(, 2.05, 1.1]}], "winch": [[0, 3], [1, 2.5]]}])";
+            World world = built(R"({"bodies": [{"body": "a.h5", "name": "a", "transform": {"translate": [)" +
+                                    place + ", 0, 0]}}], " + cord + "}",
+                                loaded);
+            while (world.time() < 2) ASSERT_EQ(world.step(5e-3).failure, "");
+            EXPECT_NEAR(world.joint_value(0), 0.5, 1e-3);
+            ASSERT_EQ(world.reactions().size(), 1u);
+            EXPECT_NEAR(world.reactions()[0].force.z(), 9.81, 0.05);
+        }
+}
+
+TEST(SceneWinch, IsRefusedWhereItHasNoMeaning) {
+    const auto of_tendon = [](const std::string& keys, const std::string& more = "") {
+        return complaint(with(R"("name": "a")", R"("tendons": [{"through": [{"body": "a", "at": [0, 0, 0]},
+                                                  {"at": [0, 0, 1]}], )" +
+                                                    keys + "}]" + more));
+    };
+    EXPECT_EQ(of_tendon(R"("winch": [[0, 1], [1, 0]])"), "tendons[0].winch: needs lengths above 0");
+    EXPECT_EQ(of_tendon(R"("winch": [[1, 1], [0, 1]])"),
+              "tendons[0].winch: its times must increase, but 0 s follows 1 s");
+    EXPECT_EQ(of_tendon(R"("winch": [[0, 1]], "factor": [[0, 1]])"),
+              "tendons[0].factor: is of a force, and this tendon has a length");
+    EXPECT_EQ(of_tendon(R"("force": 1, "stiffness": 5)"),
+              R"(tendons[0].stiffness: is for a tendon with a "winch")");
+    EXPECT_EQ(of_tendon(R"("force": 1, "winch": [[0, 1]])").find("tendons[0]: needs exactly one of"), 0u);
+    EXPECT_EQ(of_tendon(R"("stiffness": 1)").find("tendons[0]: needs exactly one of"), 0u);
+    EXPECT_EQ(of_tendon(R"("winch": [[0, 1]])", R"(, "time": {"static": {}})").find("tendons[0].winch: "),
+              0u);
+    const auto of_rope = [](const std::string& keys) {
+        return complaint(with(R"("name": "a")", R"("joints": [{"body": "a", "rope": {"from": [0, 0, 0],
+                                                  "to": [0, 0, 1], )" +
+                                                    keys + "}}]"));
+    };
+    EXPECT_EQ(of_rope(R"("winch": [[0, 0]])"), "joints[0].rope.winch: needs lengths above 0");
+    EXPECT_EQ(of_rope(R"("winch": [[0, 1]], "length": 1)"),
+              R"(joints[0].rope.winch: must not be beside "length")");
+}
+
 }  // namespace
 }  // namespace nbd

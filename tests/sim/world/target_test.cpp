@@ -98,7 +98,7 @@ TEST(Targets, SetTensionsLoadsAndWinds) {
     world.add_joint(
         {.name = "cord", .a = 1, .b = -1, .kind = CordJoint{.from = {0.5, 0, 0}, .to = {2, 0, 0}}});
     EXPECT_EQ(test::refusal([&] { world.set_joint(0, 1); }),
-              "world: joint \"cord\" has neither a motor nor a given tension");
+              "world: joint \"cord\" has no motor, winch or given tension");
     CordJoint pull{.from = {0.5, 0, 0}, .to = {0.5, 2, 0}};
     pull.tension = constant(0);
     world.add_joint({.name = "pull", .a = 1, .b = -1, .kind = pull});
@@ -151,7 +151,7 @@ TEST(Targets, RefuseWhatIsNotThere) {
     HingeJoint free{.point = {0.2, 0, 0}};
     world.add_joint({.name = "free", .a = 0, .b = -1, .kind = free});
     EXPECT_EQ(test::refusal([&] { world.set_joint(0, 1); }),
-              "world: joint \"free\" has neither a motor nor a given tension");
+              "world: joint \"free\" has no motor, winch or given tension");
     EXPECT_EQ(test::refusal([&] { world.set_joint(1, 1); }), "world: joint 1 is not one of its 1");
     EXPECT_EQ(test::refusal([&] { world.set_load(0, 2, 1); }), "world: load 2 of a is not there");
     EXPECT_EQ(test::refusal([&] { world.set_load(0, 1, 1); }),

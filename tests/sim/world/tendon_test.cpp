@@ -323,5 +323,136 @@ TEST(Muscles, HardlyTurnAFreeBodyInLongSteps) {
         }
 }
 
+/// A rope that does not stretch winds a block up at a constant speed, in small and large steps, and bears its
+/// weight; a spring at the winch is longer by that.
+TEST(Winch, LiftsABlockByTheLengthThatItTakesIn) {
+    for (const double dt : {2e-3, 1e-2})
+        for (const double stiffness : {0.0, 400.0}) {
+            const Model model = rigid_block({0.1, 0.1, 0.1});  // 1 kg
+            World world(WorldConfig{});
+            world.add_body(model.at({0, 0, 0}));
+            CordJoint cord{.from = {0, 0, 0.05}, .to = {0, 0, 1.05}, .stiffness = stiffness};
+            cord.winch = {{0.5, 2.5}, {1, 0.4}};
+            cord.pulls_only = true;
+            cord.damping = stiffness > 0 ? 30 : 0;
+            world.add_joint({.name = "rope", .a = 0, .b = -1, .kind = cord});
+            double pulled = 0;
+            const auto run_to = [&](double time) {
+                double sum = 0;
+                int steps = 0;
+                while (world.time() < time - dt / 2) {
+                    ASSERT_EQ(world.step(dt).failure, "");
+                    for (const Reaction& reaction : world.reactions())
+                        if (reaction.by == ReactionBy::joint) sum += reaction.force.z();
+                    ++steps;
+                }
+                pulled = sum / steps;
+            };
+            run_to(1.5);
+            const double sag = stiffness > 0 ? 9.81 / stiffness : 0;
+            EXPECT_NEAR(world.joint_value(0), 0.7 + sag, 2e-3) << dt;
+            run_to(2.3);
+            EXPECT_NEAR(world.joint_value(0), 0.46 + sag, 2e-3) << dt;
+            EXPECT_NEAR(pulled, 9.81, 0.02 * 9.81) << "it goes up evenly";
+            run_to(6);
+            EXPECT_NEAR(world.joint_value(0), 0.4 + sag, 1e-3) << dt;
+            world.set_joint(0, 0.6);
+            run_to(9);
+            EXPECT_NEAR(world.joint_value(0), 0.6 + sag, 1e-3) << dt;
+        }
+}
+
+TEST(Winch, RefusesLengthsThatHaveNoMeaning) {
+    const Model model = rigid_block({0.1, 0.1, 0.1});
+    const auto error = [&](const CordJoint& cord) {
+        World world(without_gravity());
+        world.add_body(model.at({0, 0, 0}));
+        return test::error_of<std::invalid_argument>([&] { world.add_joint({.name = "w", .kind = cord}); });
+    };
+    CordJoint cord{.from = {0, 0, 0}, .to = {1, 0, 0}};
+    cord.winch = {{0, 1}, {1, 0}};
+    EXPECT_EQ(error(cord), "joint \"w\": the lengths of its winch must be > 0");
+    cord.winch = {{1, 1}, {1, 2}};
+    EXPECT_EQ(error(cord), "joint \"w\": the times of its winch must ascend");
+    cord.winch = constant(1);
+    cord.length = 2;
+    EXPECT_EQ(error(cord), "joint \"w\": a winch leaves nothing to its length");
+}
+
+/// A pulley: a cord from the world over a point of a block back to the world and down to another block. With
+/// a given length they balance like weights on a movable pulley: twice the tension on the first, once on the
+/// second, a = g (m1 - 2 m2) / (m1 + 4 m2) of the first downward (Atwood).
+TEST(Winch, LetsOneTensionRunAlongATendonAsAPulleyDoes) {
+    for (const double dt : {1e-3, 5e-3})
+        for (const double ratio : {1.0, 3.0}) {
+            const Model one = rigid_block({0.1, 0.1, 0.1}), other = rigid_block({0.1, 0.1, 0.1 * ratio});
+            World world(WorldConfig{});
+            world.add_body(one.at({0, 0, 0}));
+            world.add_body(other.at({1, 0, 0}));
+            const double m1 = world.elastic(0).mass(), m2 = world.elastic(1).mass();
+            const Vector3d left(-1e-6, 0, 1), right(1e-6, 0, 1), over(1, 0, 1);
+            world.add_joint({.name = "1", .a = 0, .b = -1, .kind = pulled({0, 0, 0}, left, constant(0))});
+            world.add_joint({.name = "2", .a = 0, .b = -1, .kind = pulled({0, 0, 0}, right, constant(0))});
+            world.add_joint({.name = "3", .a = 1, .b = -1, .kind = pulled({1, 0, 0}, over, constant(0))});
+            world.add_tendon({.parts = {0, 1, 2}, .fixed = 0.5, .winch = constant(3.5)});
+            WorldReport report;
+            while (world.time() < 0.3 - dt / 2) ASSERT_EQ((report = world.step(dt)).failure, "");
+            const double a = 9.81 * (m1 - 2 * m2) / (m1 + 4 * m2);
+            const double way = -test::centre_of_mass(world, 0).z();
+            EXPECT_NEAR(way, a * 0.045, 0.02 * std::abs(a) * 0.045 + 1.5 * std::abs(a) * 0.3 * dt) << ratio;
+            EXPECT_NEAR(test::centre_of_mass(world, 1).z(), 2 * way, 2e-3 * std::abs(way)) << ratio;
+            for (const Reaction& reaction : world.reactions()) {
+                ASSERT_EQ(reaction.by, ReactionBy::joint);
+                EXPECT_NEAR(reaction.force.norm(), m2 * (9.81 + 2 * a), 0.01 * m2 * 9.81) << ratio;
+            }
+        }
+}
+
+/// A tendon along a soft block shortens it by what the winch takes in and the stiffness leaves.
+TEST(Winch, ContractsASoftBlockByAGivenLength) {
+    for (const double stiffness : {0.0, 2e3}) {
+        const Vector3d size(0.4, 0.1, 0.1);
+        const Model model = block(size, {8, 2, 2}, false);
+        World world(without_gravity(TimeIntegrator::backward_euler));
+        world.add_body(model.at({0, 0, 0}));
+        const Vector3d way[] = {{-0.19, 0, 0}, {0, 0, 0}, {0.19, 0, 0}};
+        for (const int k : {0, 1})
+            world.add_joint({.name = "t", .a = 0, .b = 0, .kind = pulled(way[k], way[k + 1], constant(0))});
+        world.add_tendon({.parts = {0, 1}, .winch = {{0, 0.5}, {0.38, 0.37}}, .stiffness = stiffness});
+        for (int step = 0; step < 60; ++step) ASSERT_EQ(world.step(0.05).failure, "");
+        const double length = world.joint_value(0) + world.joint_value(1);
+        double tension = 0;
+        for (const Reaction& reaction : world.reactions())
+            if (reaction.number == 0) tension = std::max(tension, reaction.force.norm());
+        if (stiffness == 0)
+            EXPECT_NEAR(length, 0.37, 1e-4);
+        else
+            EXPECT_GT(length, 0.371);
+        EXPECT_LT(test::linear_momentum(world, 0).norm(), 1e-9);
+    }
+}
+
+TEST(Winch, OfATendonRefusesWhatHasNoMeaning) {
+    const Model model = rigid_block({0.1, 0.1, 0.1});
+    const auto error = [&](const Tendon& tendon) {
+        World world(without_gravity());
+        world.add_body(model.at({0, 0, 0}));
+        world.add_joint({.name = "ball", .a = 0, .b = -1, .kind = BallJoint{}});
+        world.add_joint({.name = "part", .a = 0, .b = -1, .kind = pulled({0, 0, 0}, {1, 0, 0}, constant(0))});
+        return test::error_of<std::invalid_argument>([&] { world.add_tendon(tendon); });
+    };
+    EXPECT_EQ(error({.parts = {}, .winch = constant(1)}), "tendon: it has no parts");
+    EXPECT_EQ(error({.parts = {2}, .winch = constant(1)}), "tendon: joint 2 is not one of 2");
+    EXPECT_EQ(error({.parts = {0}, .winch = constant(1)}),
+              "tendon: joint \"ball\" is no cord with a given tension of its own");
+    EXPECT_EQ(error({.parts = {1}, .winch = constant(0)}),
+              "tendon: its winch needs lengths > 0 at times that increase");
+    EXPECT_EQ(error({.parts = {1}, .winch = {}}),
+              "tendon: its winch needs lengths > 0 at times that increase");
+    EXPECT_EQ(error({.parts = {1}, .winch = constant(1), .stiffness = -1}),
+              "tendon: it needs a stiffness >= 0");
+    EXPECT_EQ(error({.parts = {1}, .winch = constant(1)}), "");
+}
+
 }  // namespace
 }  // namespace nbd
