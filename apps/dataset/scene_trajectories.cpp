@@ -116,6 +116,7 @@ class SceneTrajectories::Started : public Trajectory {
         make_trees(spec, bodies);
         spec = local_scene(std::move(spec), bodies, all_.origin_);
         time_ = spec.time;
+        if (time_.statics) time_.dt = 1.0 / all_.frames_;  // all have as many increments
         labels_ = body_labels(spec);
         const bool resolves = std::exchange(spec.resolve_start, false);
         world_.emplace(build_world(spec, bodies));
@@ -139,9 +140,6 @@ SceneTrajectories::SceneTrajectories(SceneTemplate scene, const SceneDataset& co
     SceneSpec first = scene_of(scene_.draw(config.seed, 0));
     files_.load_recordings(first);
     for (const SceneObstacle& obstacle : first.obstacles) make_obstacle(obstacle);
-    if (first.time.statics)
-        throw std::invalid_argument(
-            "time.static: seeks a balance, but the poses of a dataset are those of motion; allowed: steps in time");
     if (scene_.scene().contains("time") && has_variable(scene_.scene()["time"]))
         throw std::invalid_argument(
             "time: has a variable, but all trajectories have the same frames; allowed: none there");

@@ -8,6 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <vector>
 
 #include "meshing/body/body.hpp"
 #include "meshing/formats/read_surface.hpp"
@@ -376,6 +377,47 @@ TEST(GraspTemplate, LiftsEggsOfAllSizes) {
         EXPECT_LT(lowest(5), 0.01) << more;
         EXPECT_GT(lowest(20), 0.05) << more;
     }
+}
+
+/// A bar that sags by its weight: frames are the increments of the load, in proportion to which it sags where
+/// it is stiff, and as `simulate` finds them.
+TEST_F(TemplateTest, RecordsTheIncrementsOfStaticScenes) {
+    write("sag.json", json{{"variables", {{{"name", "young"}, {"log_uniform", {1e6, 1e7}}}}},
+                           {"bodies",
+                            {{{"body", "box.h5"},
+                              {"material", {{"young", {{"var", "young"}}}}},
+                              {"pins", {{{"box", {{"min", {-1, -1, -1}}, {"max", {0.01, 1, 1}}}}}}}}}},
+                           {"time", {{"static", {{"increments", 4}}}}}}
+                          .dump());
+    for (const int frames : {4, 2}) {
+        make(fmt::format("dataset sag.json -o sag{0}.h5 --trajectories 3 -q{1}", frames,
+                         frames == 4 ? "" : " --frames 2"));
+        const RecordingReader recording(folder() / fmt::format("sag{}.h5", frames));
+        ASSERT_EQ(recording.trajectories().size(), 3u);
+        const Nodes rest = load_body(folder() / "box.h5").tets.X;
+        std::vector<double> stiffness_times_sag;
+        for (int i = 0; i < 3; ++i) {
+            ASSERT_EQ(recording.trajectories()[i].frames, frames);
+            const auto sag = [&](int frame) {
+                Vertices x;
+                recording.read(i, frame, 1, x);
+                return (rest - x.cast<double>()).col(2).maxCoeff();
+            };
+            const double most = sag(frames - 1);
+            stiffness_times_sag.push_back(most * recipe(recording, i)["variables"]["young"].get<double>());
+            for (int frame = 0; frame < frames; ++frame) {
+                EXPECT_NEAR(recording.times(i)[frame], (frame + 1.0) / frames, 1e-12);
+                EXPECT_NEAR(sag(frame), most * (frame + 1) / frames, 0.02 * most);
+            }
+        }
+        for (const double one : stiffness_times_sag)
+            EXPECT_NEAR(one, stiffness_times_sag[0], 0.03 * stiffness_times_sag[0]);
+    }
+    make("simulate sag.json -o sag_run.h5 --trajectory 1 --seed 1 -q");
+    Vertices of_run, of_dataset;
+    RecordingReader(folder() / "sag_run.h5").read(0, 4, 1, of_run);
+    RecordingReader(folder() / "sag4.h5").read(1, 3, 1, of_dataset);
+    EXPECT_TRUE(of_run == of_dataset);
 }
 
 }  // namespace
