@@ -114,7 +114,8 @@ void read_tendons(JsonObject& from, SceneSpec& spec) {
         Keyed<double> tension = read_keyed(entry, "factor");
         if (!tension.empty() && std::ranges::min(tension.values) < 0)
             entry.problem("factor", "must not be below 0: a tendon only pulls");
-        if (tension.empty()) tension = {{0.0}, {1.0}};
+        if (tension.empty())  // as other loads without keyframes
+            tension = spec.time.statics ? Keyed<double>{{0.0, 1.0}, {0.0, 1.0}} : Keyed<double>{{0.0}, {1.0}};
         for (double& value : tension.values) value *= force;
         if (vias.size() < 2) entry.problem("through", "must be two points or more");
         if (std::ranges::all_of(vias, [](const Via& via) { return via.body < 0; }) && vias.size() > 1)
@@ -140,6 +141,10 @@ void read_tendons(JsonObject& from, SceneSpec& spec) {
         }
         for (std::size_t k = 0; k < parts.size(); ++k) {
             parts[k].joint.name = parts.size() == 1 ? name : fmt::format("{} {}", name, k + 1);
+            if (std::ranges::any_of(
+                    joints, [&](const SceneJoint& other) { return other.joint.name == parts[k].joint.name; }))
+                entry.problem("name", fmt::format("\"{}\" is the name of another joint or tendon",
+                                                  parts[k].joint.name));
             joints.push_back(std::move(parts[k]));
         }
         if (is_winch && !parts.empty()) spec.tendons.push_back(std::move(tendon));

@@ -136,6 +136,7 @@ SceneReading read_scene(std::string_view text, const std::filesystem::path& base
         result.obstacle_is_good.push_back(reading.problems.size() == before);
     }
     read_gravity(from, spec);
+    spec.time = read_time(from.object("time"));
     spec.joints = read_joints(from, spec);
     read_tendons(from, spec);
     const std::size_t before_regions = reading.problems.size();
@@ -145,7 +146,6 @@ SceneReading read_scene(std::string_view text, const std::filesystem::path& base
             if (reading.problems[k].starts_with(fmt::format("bodies[{}].", b)))
                 result.body_is_good[b] = false;
     spec.contact = read_contact(from.object("contact"), spec);
-    spec.time = read_time(from.object("time"));
     spec.step = read_solver(from.object("solver"), spec.time);
     if (spec.time.statics) refuse_motion(json, reading);
     spec.output = read_output(from.object("output"));
