@@ -16,7 +16,7 @@
 namespace nbd {
 namespace {
 
-constexpr std::string_view magic = "nbdtree journal 11\n";
+constexpr std::string_view magic = "nbdtree journal 12\n";
 
 /// Header of every record.
 struct RecordHead {

@@ -111,10 +111,13 @@ void World::add_wind_reactions(const StepPart& part, int index, const Nodes& w, 
     for (std::size_t k = 0; k < body.drags.size(); ++k) {
         const Nodes forces = part.share * drag_forces(body, k, w);
         Eigen::Vector3d torque = Eigen::Vector3d::Zero();
-        for (Eigen::Index i = 0; i < x.rows(); ++i)
+        MeanPlace place;
+        for (Eigen::Index i = 0; i < x.rows(); ++i) {
+            place.add(x.row(i), Eigen::Vector3d(forces.row(i)).norm());
             torque += Eigen::Vector3d(x.row(i)).cross(Eigen::Vector3d(forces.row(i)));
+        }
         reactions_.add(index, ReactionBy::wind, body.winds[k].load().number,
-                       forces.colwise().sum().transpose(), torque);
+                       forces.colwise().sum().transpose(), torque, place);
     }
 }
 

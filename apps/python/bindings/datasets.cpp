@@ -14,6 +14,7 @@
 #include "apps/dataset/hold_out.hpp"
 #include "apps/dataset/plan.hpp"
 #include "apps/dataset/producer.hpp"
+#include "apps/dataset/scene_trajectories.hpp"
 #include "apps/dataset/variety.hpp"
 #include "apps/python/bindings/arrays.hpp"
 #include "apps/python/bindings/bindings.hpp"

@@ -11,7 +11,7 @@
 namespace nbd::python {
 namespace {
 
-using Numbers = Typed<"Sequence[float]">;
+using Three = Typed<"Sequence[float]">;
 
 Eigen::Vector3d vector_from(const py::object& numbers, const char* name) {
     const std::vector<double> three = list_from<double>(numbers, name);
@@ -19,7 +19,7 @@ Eigen::Vector3d vector_from(const py::object& numbers, const char* name) {
     return {three[0], three[1], three[2]};
 }
 
-Keyframe place_from(const Numbers& translation, const Numbers& rotation, double scale) {
+Keyframe place_from(const Three& translation, const Three& rotation, double scale) {
     return {.translation = vector_from(translation, "translation"),
             .rotation = vector_from(rotation, "rotation"),
             .scale = scale};
@@ -47,7 +47,7 @@ void bind_targets(py::class_<WorldObject>& world) {
     world
         .def(
             "move_obstacle",
-            [](const UsedWorld& self, int obstacle, const Numbers& translation, const Numbers& rotation,
+            [](const UsedWorld& self, int obstacle, const Three& translation, const Three& rotation,
                double scale) {
                 self->world.move_obstacle(obstacle, place_from(translation, rotation, scale));
             },
@@ -58,7 +58,7 @@ void bind_targets(py::class_<WorldObject>& world) {
             "Not a part of snapshots: after a restore, tell it again before each step.")
         .def(
             "move_grip",
-            [](const UsedWorld& self, int grip, const Numbers& translation, const Numbers& rotation,
+            [](const UsedWorld& self, int grip, const Three& translation, const Three& rotation,
                double scale, int body) {
                 self->world.move_grip(self->checked(body), grip, place_from(translation, rotation, scale));
             },
@@ -83,7 +83,7 @@ void bind_targets(py::class_<WorldObject>& world) {
             "activation, of a gas its amount.")
         .def(
             "set_wind",
-            [](const UsedWorld& self, int load, const Numbers& velocity, int body) {
+            [](const UsedWorld& self, int load, const Three& velocity, int body) {
                 self->world.set_wind(self->checked(body), load, vector_from(velocity, "velocity"));
             },
             py::arg("load"), py::arg("velocity"), of_body,
