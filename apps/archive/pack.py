@@ -108,7 +108,7 @@ def main():
     text = README.format(version=version, glibc=".".join(map(str, glibc)), pythons="Python " + ", ".join(f"3.{p}" for p in pythons))
     wheel = write_wheel(folder, package, version, glibc, (PROJECT / "apps/docs/python.md").read_text())
     make_archive(top, package, builds[None], text)
-    os.environ.setdefault("XZ_OPT", "-9 -T0")
+    os.environ.setdefault("XZ_OPT", "-T0 --x86 --lzma2=preset=9")  # --x86: for code, which is then smaller
     run("tar", "--sort=name", "--owner=0", "--group=0", "--numeric-owner", "--mtime=2020-01-01", "-C", folder, "-cJf",
         f"{top}.tar.xz", top.name)
     shutil.rmtree(top)

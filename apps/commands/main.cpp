@@ -130,4 +130,6 @@ nbd::Program describe() {
 }  // namespace
 
 // Visible, so that the program may be a library, too (apps/archive).
-[[gnu::visibility("default")]] int main(int argc, char** argv) { return nbd::run_program(describe, argc, argv); }
+[[gnu::visibility("default")]] int main(int argc, char** argv) {
+    return nbd::run_program(describe, argc, argv);
+}
