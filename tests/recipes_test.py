@@ -29,6 +29,8 @@ class Recipes(unittest.TestCase):
     def test_set_options_that_the_project_has(self):
         known = set(re.findall(r"(?:option\(|set\(|find_file\()(NBD_\w+)", cmake_texts()))
         known |= {"NBD_JS_three", "NBD_JS_OrbitControls"}  # find_file(NBD_JS_${name})
+        self.assertIn("NBD_CMAKE_OPTIONS", (PROJECT / "apps" / "bootstrap").read_text())
+        known.add("NBD_CMAKE_OPTIONS")
         self.assertIn("NBD_LIBRARY_ONLY", known)
         count = 0
         for path in sorted(RECIPES.rglob("*")):
