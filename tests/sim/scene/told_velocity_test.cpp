@@ -43,7 +43,7 @@ Vector3d carried(const Vector3d& p, const Vector3d& c, const Vector3d& v, const 
 TEST(ToldVelocity, LeadsAlongTheHelixThatItSays) {
     const Vector3d v(0.1, -0.3, 2), w(0, 0, 4), c(1, 2, 3), p(1.5, 2, 2);
     const std::string rates = R"("velocity": [0.1, -0.3, 2], "angular_velocity": [0, 0, 4])";
-    for (const std::string form :
+    for (const std::string& form :
          {R"("centre": [1, 2, 3], "start": 0.5, "stop": 3, )" + rates,
           R"("centre": [1, 2, 3], "motion": [{"time": 0.5, )" + rates + R"(}, {"time": 3}])"}) {
         const Motion motion = motion_of(form);

@@ -26,7 +26,8 @@ constexpr double g = 9.81;
 
 /// A square sheet about the origin, of side 2.
 TriMesh sheet(int cells) {
-    TriMesh mesh = height_mesh(Eigen::MatrixXd::Zero(cells + 1, cells + 1), 2.0 / cells);
+    TriMesh mesh =
+        height_mesh(Eigen::MatrixXd::Zero(cells + 1, cells + 1), Eigen::Vector2d::Constant(2.0 / cells));
     mesh.X.leftCols<2>().array() -= 1;
     return mesh;
 }
