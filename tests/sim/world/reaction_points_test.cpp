@@ -15,7 +15,7 @@ namespace {
 using Eigen::Vector3d;
 using test::Model;
 
-constexpr double earth = 9.81;
+constexpr double gravity_of_board = 9.81;
 
 Reaction only_reaction(const World& world) {
     const std::vector<Reaction> all = world.reactions();
@@ -31,7 +31,7 @@ Reaction of_a_pressed_board(const WorldConfig& config, const Vector3d& place, do
     WorldBody body = Model(board).at({0, 0, 0.0251});
     world.add_body(std::move(body));
     world.add_obstacle(test::floor_at(0));
-    *weight = earth * world.elastic(0).mass();
+    *weight = gravity_of_board * world.elastic(0).mass();
     // The force at a place of an affine body, by the barycentric coordinates of the place in its tetrahedron.
     Eigen::Matrix4d corners = Eigen::Matrix4d::Ones();
     corners.topRows<3>() = world.elastic(0).rest().X.transpose();
