@@ -315,6 +315,7 @@ class VtkReader {
 
     /// Data of cells and points, of which groups of cells are read. Ends at what it does not know.
     void read_attributes() {
+        in_.read_text();
         std::size_t rows = 0;
         while (!in_.at_end()) {
             const std::string keyword = upper(in_.word());

