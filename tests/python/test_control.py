@@ -57,6 +57,7 @@ def test_a_motor_a_load_and_a_wind_go_where_they_are_told(beam):
             {
                 "name": "rail",
                 "body": "beam",
+                "width": 0.02,
                 "slider": {"point": beam.X.mean(axis=0).tolist(), "axis": [0, 0, 1], "motor": [[0, 0]]},
             }
         ],

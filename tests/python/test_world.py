@@ -389,7 +389,7 @@ def test_recordings_hold_the_reactions_of_each_step(command, assets, tmp_path):
             {"surface": str(assets / "beam.obj"), "name": "free", "transform": {"translate": [0, 3, -8.93]}},
         ],
         "obstacles": [{"name": "floor", "plane": {"point": [0, 0, -9]}}],
-        "time": {"dt": 0.005, "frames": 4, "steps_per_frame": 2},
+        "time": {"dt": 0.01, "frames": 4, "steps_per_frame": 2},
     }
     (tmp_path / "scene.json").write_text(json.dumps(scene))
     command("simulate", "scene.json", "-o", "run.h5", cwd=tmp_path)
@@ -397,7 +397,7 @@ def test_recordings_hold_the_reactions_of_each_step(command, assets, tmp_path):
     world = nbd.World(tmp_path / "scene.json")
     told = []
     for step in range(8):
-        world.step(0.005)
+        world.step(0.01)
         told += [(1 + step // 2, world.time, r.body, r.kind, r.name, r.force, r.torque, r.point) for r in world.reactions()]
     assert len(told) > 8 and {row[3] for row in told} == {"grip", "obstacle"}
     assert rows["frame"].tolist() == [row[0] for row in told]
