@@ -151,14 +151,15 @@ double World::strain_of_turns(double dt, const Eigen::VectorXd& v) const {
     return largest;
 }
 
-/// The elastic energy that deformable bodies get by turning along straight ways from where they are
-/// linearised at `from`, as a share of their kinetic energy at `to`: of the largest of all bodies. A straight
-/// way strains by half the square of the turn, which matters where sound crosses a body many times in a step.
+/// The elastic energy that deformable bodies that nothing holds get by turning along straight ways from where
+/// they are linearised at `from`, as a share of their kinetic energy at `to`: of the largest of all bodies. A
+/// straight way strains by half the square of the turn, which matters where sound crosses a body many times
+/// in a step.
 double World::share_of_turns(double dt, const Eigen::VectorXd& from, const Eigen::VectorXd& to) const {
     double largest = 0;
     for (int b = 0; b < body_count(); ++b) {
         const ElasticBody& body = elastic(b);
-        if (body.is_rigid()) continue;
+        if (body.is_rigid() || is_held(at(b))) continue;
         const Nodes w = body_part(b, to), x = at(b).start.x + dt * body_part(b, from);
         const Momentum way = momentum_of(body, {.x = x, .v = w - body_part(b, from)});
         const Eigen::Vector3d turn =

@@ -88,7 +88,7 @@ const Edit edits[] = {
     {"/tendons/0/through", R"([{"at": [0, 0, 1]}, {"at": [0, 0, 2]}])",
      "tendons[0].through: must have a point of a body"},
     {"/tendons/0/force", "-2", "tendons[0].force: is -2, but must be between 0 and 1e30"},
-    {"/tendons/0/force", "", "tendons[0].force: is missing"},
+    {"/tendons/0/force", "", "tendons[0]: needs exactly one of \"force\" and \"winch\""},
     {"/tendons/0/through/0/body", R"("leg")",
      R"(tendons[0].through[0].body: no body is named "leg"; allowed: soft, crate, arm)"},
     {"/tendons/0/factor", "[[0, -1]]", "tendons[0].factor: must not be below 0: a tendon only pulls"},

@@ -317,7 +317,7 @@ TEST_F(ReadTets, RejectsInvalidGeometry) {
     EXPECT_THAT(error_of(".msh", gmsh_4(twice)),
                 EndsWith(": tetrahedra 0 and 5 overlap: they lie on the same side of their shared face"));
     EXPECT_THAT(error_of(".obj", ""),
-                EndsWith("tetrahedra are read from .msh, .mesh, .vtk and .vtu, not from '.obj'"));
+                EndsWith("tetrahedra are read from .msh, .mesh, .vtk, .vtu and .inp, not from '.obj'"));
     EXPECT_THROW(read_tets("/no/such/file.msh"), std::runtime_error);
 }
 

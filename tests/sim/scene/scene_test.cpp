@@ -259,7 +259,7 @@ const Broken broken_scenes[] = {
     {with("", R"("contact": 7)"), "contact: must be an object, not 7"},
     {with("", R"("obstacles": [{}])"),
      "obstacles[0]: needs exactly one of \"plane\", \"sphere\", \"box\", \"cylinder\", \"capsule\", "
-     "\"heights\" and \"mesh\""},
+     "\"heights\", \"mesh\" and \"recording\""},
     {with("", R"("obstacles": [{"plane": {"normal": [0, 0, 0]}}])"),
      "obstacles[0].plane.normal: must not be zero"},
     {with("", R"("obstacles": [{"sphere": {"centre": [0, 0, 0]}}])"),
