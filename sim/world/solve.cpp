@@ -271,6 +271,7 @@ World::Rejection World::solve(const StepPart& part, Eigen::VectorXd& v, WorldRep
     }
     if (!given_ways.are_gone()) return {.reason = given_ways.text(), .fatal = true};
     if (moved < least_progress) return {.reason = "the step finds no progress", .fatal = true};
+    if (left_open.empty()) left_open = "linearisations that lead too far, or into contacts";
     return {.reason = "Newton's iteration ends with " + left_open, .trouble = StepTrouble::newton};
 }
 

@@ -46,7 +46,7 @@ void write_scene(const std::string& name, const auto& write) {
                     "pins": [{"box": {"min": [900, -1, 0.5], "max": [1100, 1, 1]}}]},
                    {"body": "box.h5", "name": "free", "transform": {"translate": [1000, 0, 0.055]}}],
         "obstacles": [{"name": "floor", "plane": {}}],
-        "time": {"dt": 0.004, "frames": 10, "steps_per_frame": 2}})");
+        "time": {"dt": 0.008, "frames": 10, "steps_per_frame": 2}})");
 }
 
 TEST_F(Reactions, OfTheRecordingAreThoseOfTheTable) {
@@ -69,10 +69,10 @@ TEST_F(Reactions, OfTheRecordingAreThoseOfTheTable) {
             line += fmt::format(",{:.9g},{:.9g},{:.9g}", vector[0], vector[1], vector[2]);
         line += fmt::format(",,,{:.9g},{:.9g},{:.9g}", row.point[0], row.point[1], row.point[2]);
         EXPECT_EQ(table[i + 1], line);
-        EXPECT_NEAR(row.point.x(), 1000, 0.201) << "in the scene's coordinates";
+        EXPECT_NEAR(row.point.x(), 1000, 0.25) << "in the scene's coordinates";
         on_floor += row.by == "floor";
     }
-    EXPECT_GT(on_floor, 5);
+    EXPECT_GT(on_floor, 1);
     EXPECT_EQ(rows.back().frame, 10);
     make("inspect --check run.h5 -q");
 }

@@ -119,7 +119,7 @@ class PageTest(unittest.TestCase):
         drawn = pixels(self.browser)
         self.assertGreater(differing(plain, drawn), 1000)
         red = (drawn[:, :, 0] > 150) & (drawn[:, :, 1] < 60) & (drawn[:, :, 2] < 60)
-        self.assertGreater(red[:, :1000].sum(), 200)
+        self.assertGreater(red[:, :1000].sum(), 100)
         self.browser.run("nbdtree.choose('scale', 'frame')")
         self.browser.seek(0)
         self.assertIn("none in this frame", legend.text)
