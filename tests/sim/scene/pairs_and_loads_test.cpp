@@ -155,10 +155,12 @@ TEST(Scene, RefusesLoadsThatAreWrong) {
     };
     const std::string at = "bodies[0].loads[0]";
     EXPECT_EQ(with_load(R"({"force": [0, 0, 1], "factor": [[2, 3]]})"), "");
-    EXPECT_EQ(with_load("{}"),
-              at + R"(: needs exactly one of "force", "torque", "acceleration", "pressure" and "gas")");
-    EXPECT_EQ(with_load(R"({"force": [0, 0, 1], "pressure": 5})"),
-              at + R"(: needs exactly one of "force", "torque", "acceleration", "pressure" and "gas")");
+    EXPECT_EQ(
+        with_load("{}"),
+        at + R"(: needs exactly one of "force", "torque", "acceleration", "pressure", "gas" and "wind")");
+    EXPECT_EQ(
+        with_load(R"({"force": [0, 0, 1], "pressure": 5})"),
+        at + R"(: needs exactly one of "force", "torque", "acceleration", "pressure", "gas" and "wind")");
     EXPECT_EQ(with_load(R"({"force": 5})"), at + ".force: must be three numbers, not 5");
     EXPECT_EQ(with_load(R"({"pressure": [1, 2, 3]})"), at + ".pressure: must be a number, not [1,2,3]");
     EXPECT_EQ(with_load(R"({"pressure": 5, "factor": 2})"), at + ".factor: must be pairs of numbers, not 2");
