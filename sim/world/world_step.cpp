@@ -219,8 +219,10 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
         std::vector<char> fits(bodies_.size(), 1);
         for (int b = 0; b < body_count(); ++b)
             fits[b] = !is_joined(b) || is_fit(factor * response.motions[b], b);
-        const std::vector<PairImpulse> touching = solver_.pair_impulses(v, more, middles);
-        for (bool goes_on = true; goes_on;) {  // what bodies give to one another they all get, or none
+        const bool may_refuse = std::ranges::find(fits, 0) != fits.end();
+        std::vector<PairImpulse> touching;
+        if (may_refuse) touching = solver_.pair_impulses(v, more, middles);
+        for (bool goes_on = may_refuse; goes_on;) {  // what bodies give to one another they all get, or none
             goes_on = false;
             const auto agree = [&](int a, int b) {
                 if (a < 0 || b < 0 || fits[a] == fits[b]) return;
