@@ -15,9 +15,9 @@
 #include "tests/meshing/shapes.hpp"
 #include "tests/sim/support/momentum.hpp"
 #include "tests/sim/world/box_model.hpp"
+#include "tests/sim/world/same_bits.hpp"
 #include "tests/support/box_mesh.hpp"
 #include "tests/support/error_of.hpp"
-#include "tests/support/on_threads.hpp"
 
 namespace nbd {
 namespace {
@@ -246,24 +246,7 @@ TEST(Wind, GivesTheSameBitsOnAnyNumberOfThreadsAndFromASnapshot) {
         world.add_body(std::move(body));
         return world;
     };
-    const auto run = [&](bool is_resumed) {
-        World world = made();
-        for (int step = 0; step < 20; ++step) {
-            if (is_resumed && step == 9) {
-                const WorldSnapshot snapshot = world.snapshot();
-                world = made();
-                world.restore(snapshot);
-            }
-            EXPECT_EQ(world.step(5e-3).failure, "");
-        }
-        return world.state(0);
-    };
-    const BodyState one = test::on_threads(1, [&] { return run(false); });
-    for (const BodyState& other :
-         {test::on_threads(4, [&] { return run(false); }), test::on_threads(1, [&] { return run(true); })}) {
-        EXPECT_EQ(one.x, other.x);
-        EXPECT_EQ(one.v, other.v);
-    }
+    test::expect_same_bits(made, 20);
 }
 
 TEST(Wind, RefusesWhatHasNoMeaning) {
