@@ -48,8 +48,8 @@ int World::tendon_of(int joint) const {
     return -1;
 }
 
-/// Its tension at the end of the part with the nodes at x, newtons; below zero where it is slack, since secants
-/// need a function without a kink.
+/// Its tension at the end of the part with the nodes at x, newtons; below zero where it is slack, since
+/// secants need a function without a kink.
 double World::taut_tension(std::size_t tendon, std::span<const Nodes> x) const {
     const Tendon& one = tendons_[tendon];
     double length = one.fixed;

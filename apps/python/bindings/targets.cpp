@@ -58,8 +58,8 @@ void bind_targets(py::class_<WorldObject>& world) {
             "Not a part of snapshots: after a restore, tell it again before each step.")
         .def(
             "move_grip",
-            [](const UsedWorld& self, int grip, const Three& translation, const Three& rotation,
-               double scale, int body) {
+            [](const UsedWorld& self, int grip, const Three& translation, const Three& rotation, double scale,
+               int body) {
                 self->world.move_grip(self->checked(body), grip, place_from(translation, rotation, scale));
             },
             py::arg("grip"), translation, rotation, scale, of_body,
