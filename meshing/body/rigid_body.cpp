@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <cmath>
 #include <stdexcept>
@@ -29,6 +30,44 @@ Eigen::Matrix4d integrated_products(const Eigen::Matrix<double, Eigen::Dynamic, 
 }
 
 }  // namespace
+
+double set_inertia(TetMesh& tets, const RigidInertia& inertia) {
+    const double share = tets.filled(0), m = inertia.mass;
+    if (!(m > 0) || !std::isfinite(m))
+        throw std::invalid_argument(fmt::format("a mass of {} kg; allowed: more than 0", m));
+    Eigen::Matrix4d corners;  // columns (corner, 1)
+    for (int k = 0; k < 4; ++k) corners.col(k) << tets.X.row(tets.T(0, k)).transpose(), 1;
+    // Of places (x, 1): the mean of their products, with the centre of mass in the last column.
+    const Eigen::Matrix4d evenly =
+        corners * (coordinate_products(tets.fill.row(0)) / share) * corners.transpose();
+    const Eigen::Vector3d even_centre = evenly.topRightCorner<3, 1>(),
+                          centre = inertia.centre.value_or(even_centre);
+    Eigen::Matrix3d spread = evenly.topLeftCorner<3, 3>() - even_centre * even_centre.transpose();
+    if (inertia.moments) {
+        const Eigen::Matrix3d& I = *inertia.moments;
+        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(I);
+        const Eigen::Vector3d principal = solver.eigenvalues();  // ascending
+        constexpr double rounding = 1e-9;
+        if (!I.allFinite() || I != I.transpose() || !(principal[0] > rounding * principal[2]) ||
+            principal[2] > (1 + rounding) * (principal[0] + principal[1]))
+            throw std::invalid_argument(
+                fmt::format("principal moments {:.6g}, {:.6g} and {:.6g} kg m2; allowed: more than 0, none "
+                            "larger than the two others together",
+                            principal[0], principal[1], principal[2]));
+        const Eigen::Vector3d along = (principal.sum() / 2 - principal.array()).max(0.0).matrix() / m;
+        spread = solver.eigenvectors() * along.asDiagonal() * solver.eigenvectors().transpose();
+    }
+    Eigen::Matrix4d products;
+    products << spread + centre * centre.transpose(), centre, centre.transpose(), 1;
+    const Eigen::Matrix4d inverse = corners.inverse();
+    products = share * inverse * products * inverse.transpose();
+    if (!(products.minCoeff() >= 0))
+        throw std::invalid_argument(
+            "a centre of mass and moments that reach out of the tetrahedron of the rigid body, three times as "
+            "large as its surface; allowed: those of masses about where the surface is");
+    tets.fill.row(0) = fill_of_products(products);
+    return m / (share * volume(tets, 0));
+}
 
 bool is_rigid(const TetMesh& tets) noexcept {
     return tets.T.rows() == 1 && tets.fill.rows() == 1 && !tets.is_quadratic();
@@ -75,6 +114,16 @@ Body make_rigid_body(std::string name, TriMesh surface, double density) {
     body.tets.fill.row(0) = fill_of_products(products);
     body.material = rigid_material(body.tets, density);
     body.surface = std::move(surface);
+    check_body(body);
+    return body;
+}
+
+Body make_rigid_body(std::string name, TriMesh surface, RigidInertia inertia) {
+    Body body = make_rigid_body(std::move(name), std::move(surface), Material{}.density);
+    if (inertia.centre) *inertia.centre -= body.origin;
+    const double density = set_inertia(body.tets, inertia);
+    check_material({.density = density});
+    body.material = rigid_material(body.tets, density);
     check_body(body);
     return body;
 }

@@ -69,15 +69,32 @@ void cut_out(BodyMaterials& materials, const SceneMaterialRegion& change, Materi
         {.name = "scene: " + change.key, .material = material, .tets = std::move(tets)});
 }
 
-/// A rigid body has a density and no other constant.
+/// A body's tetrahedra at its size in the scene.
+TetMesh sized_tets(const SceneBody& spec, const Body& body) {
+    TetMesh tets = body.tets;
+    tets.X *= spec.placement.scale;
+    return tets;
+}
+
+/// A rigid body has a density or an inertia, and no other constant.
 BodyMaterials rigid_materials(const SceneBody& spec, const Body& body) {
     const MaterialChange& m = spec.material;
     if (m.young || m.poisson || m.law || m.rayleigh_mass || m.rayleigh_stiffness)
         throw std::invalid_argument("material: of a rigid body only \"density\" can be set");
     if (!spec.regions.empty()) throw std::invalid_argument("regions: a rigid body has none");
-    TetMesh placed = body.tets;
-    placed.X *= spec.placement.scale;
-    return {.material = rigid_material(placed, m.density.value_or(body.material.density)), .regions = {}};
+    TetMesh tets = sized_tets(spec, body);
+    double density = m.density.value_or(body.material.density);
+    std::optional<RigidInertia> inertia = spec.inertia;
+    if (inertia) {
+        if (inertia->centre) *inertia->centre = spec.placement.scale * (*inertia->centre - body.origin);
+        try {
+            density = set_inertia(tets, *inertia);
+            check_material({.density = density});
+        } catch (const std::invalid_argument& error) {
+            throw std::invalid_argument(fmt::format("inertia: {}", error.what()));
+        }
+    }
+    return {.material = rigid_material(tets, density), .regions = {}, .inertia = std::move(inertia)};
 }
 
 /// Where the origin of a body lies once it is placed, less the placement's own translation.
@@ -171,6 +188,9 @@ std::shared_ptr<const CollisionTree> scene_tree(const SceneBody& spec, const Loa
 BodyMaterials scene_materials(const SceneBody& spec, const LoadedBody& loaded) {
     const Body& body = *loaded.body;
     if (is_rigid(body.tets)) return rigid_materials(spec, body);
+    if (spec.inertia)
+        throw std::invalid_argument(
+            "inertia: only a rigid body is told its own; set \"density\" in \"material\"");
     BodyMaterials result{.material = body.material, .regions = body.regions};
     spec.material.apply(result.material);
     for (MaterialRegion& region : result.regions) {
@@ -193,8 +213,8 @@ BodyMaterials scene_materials(const SceneBody& spec, const LoadedBody& loaded) {
 
 std::shared_ptr<const ElasticBody> scene_elastic(const SceneBody& spec, const LoadedBody& loaded,
                                                  const BodyMaterials& materials) {
-    TetMesh tets = loaded.body->tets;
-    tets.X *= spec.placement.scale;
+    TetMesh tets = sized_tets(spec, *loaded.body);
+    if (materials.inertia) set_inertia(tets, *materials.inertia);
     return std::make_shared<const ElasticBody>(std::move(tets), materials.material, materials.regions);
 }
 

@@ -22,6 +22,7 @@ BodyLoad take_part(const SceneLoad& from, const PlacedBody& placed, const Eigen:
 struct BodyMaterials {
     Material material;
     std::vector<MaterialRegion> regions;
+    std::optional<RigidInertia> inertia{};  // of a rigid body that is told its own, at its place and size
     bool operator==(const BodyMaterials&) const = default;
 };
 

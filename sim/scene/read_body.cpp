@@ -109,6 +109,24 @@ void read_bounds(JsonObject& from, const std::filesystem::path& base, SceneBody&
                      "must be 1 unless bounds are \"auto\", \"affine\", \"boxes\" or \"exact\"");
 }
 
+std::optional<RigidInertia> read_inertia(JsonObject from) {
+    RigidInertia inertia{.mass = from.number("mass", 1, positive_number)};
+    from.need("mass");
+    if (from.has("centre")) inertia.centre = from.vector("centre", Eigen::Vector3d::Zero());
+    const Eigen::Vector3d moments = from.vector("moments", Eigen::Vector3d::Zero()),
+                          products = from.vector("products", Eigen::Vector3d::Zero());
+    if (from.has("products")) from.need("moments");
+    if (from.has("moments")) {
+        inertia.moments.emplace(moments.asDiagonal());
+        for (int k = 0; k < 3; ++k) {
+            const int a = k < 2 ? 0 : 1, b = k == 0 ? 1 : 2;
+            (*inertia.moments)(a, b) = (*inertia.moments)(b, a) = products[k];
+        }
+    }
+    from.finish();
+    return inertia;
+}
+
 }  // namespace
 
 SceneBody read_body(JsonObject& from, const std::filesystem::path& base) {
@@ -124,6 +142,11 @@ SceneBody read_body(JsonObject& from, const std::filesystem::path& base) {
     body.velocity = from.vector("velocity", body.velocity);
     body.angular_velocity = from.vector("angular_velocity", body.angular_velocity);
     body.material = read_material(from.object("material"));
+    if (from.has("inertia")) {
+        body.inertia = read_inertia(from.object("inertia"));
+        if (body.material.density)
+            from.problem("material.density", "must not be beside \"inertia\", which gives the mass");
+    }
     for (JsonObject& region : from.objects("regions")) body.regions.push_back(read_material_region(region));
     for (JsonObject& pin : from.objects("pins")) {
         SceneGrip held{.key = key_of(pin), .region = {}, .grip = {}};

@@ -12,6 +12,7 @@
 
 #include "collision/tree/collision_tree.hpp"
 #include "meshing/body/body.hpp"
+#include "meshing/body/rigid_body.hpp"
 #include "meshing/surface/quadratic_tets.hpp"
 #include "meshing/surface/subdivide.hpp"
 #include "meshing/tets/tetrahedralize.hpp"
@@ -97,6 +98,8 @@ struct SceneBody {
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          // m/s
     Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // rad/s, about the centre of mass
     MaterialChange material;  // outside of the body's regions; its damping holds in these too
+    // Of a rigid body; its centre in the coordinates of the body, before `placement`.
+    std::optional<RigidInertia> inertia{};
     std::vector<SceneMaterialRegion> regions;
     std::vector<SceneGrip> grips;
     std::vector<SceneLoad> loads;

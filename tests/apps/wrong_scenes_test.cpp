@@ -41,6 +41,12 @@ struct Edit {
     std::string at, value, problem;
 };
 
+std::string crate_of_inertia(const std::string& inertia) {
+    return R"({"tets": "BLOCK", "name": "arm", "meshing": {"elements": "rigid", "scale": 0.1},
+              "transform": {"translate": [0.6, 0, 0.2]}, "inertia": )" +
+           inertia + "}";
+}
+
 const Edit edits[] = {
     {"/joints/0/hinge/axis", "[0, 0, 0]", "joints[0].hinge.axis: must not be zero"},
     {"/joints/0/hinge/motor", "[[1, 0], [0, 30]]",
@@ -52,6 +58,21 @@ const Edit edits[] = {
     {"/joints/0/hinge", R"({"point": [0.45, 0, 0.2], "least": -170, "most": 10})",
      "joints[0].hinge.least: is -170, but must be between -150 and 150"},
     {"/joints/0/hinge", R"({"axis": [0, 0, 1]})", "joints[0].hinge.point: is missing"},
+    {"/bodies/1/inertia", R"({"mass": 1})",
+     R"(bodies[1].material.density: must not be beside "inertia", which gives the mass)"},
+    {"/bodies/0/inertia", R"({"mass": 1})",
+     R"(bodies[0]: inertia: only a rigid body is told its own; set "density" in "material")"},
+    {"/bodies/2", crate_of_inertia(R"({"mass": 1, "moments": [1, 1, 3]})"),
+     "bodies[2]: inertia: principal moments 1, 1 and 3 kg m2; allowed: more than 0, none larger than the two "
+     "others together"},
+    {"/bodies/2", crate_of_inertia(R"({"mass": 1, "moments": [1, 1, 1]})"),
+     "bodies[2]: inertia: a centre of mass and moments that reach out of the tetrahedron of the rigid body, three "
+     "times as large as its surface; allowed: those of masses about where the surface is"},
+    {"/bodies/2", crate_of_inertia(R"({"mass": 0})"),
+     "bodies[2].inertia.mass: is 0, but must be between 1e-30 and 1e30"},
+    {"/bodies/2", crate_of_inertia(R"({"moments": [1, 1, 1]})"), "bodies[2].inertia.mass: is missing"},
+    {"/bodies/2", crate_of_inertia(R"({"mass": 1, "products": [1, 1, 1]})"),
+     "bodies[2].inertia.moments: is missing"},
     {"/joints/0/strength", "-1", "joints[0].strength: is -1, but must be between 1e-30 and 1e30"},
     {"/joints/0/bodies", R"(["crate", "crate"])", "joints[0].bodies: joins a body to itself"},
     {"/joints/0/bodies", R"(["crate", "leg"])",

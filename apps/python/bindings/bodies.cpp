@@ -308,15 +308,26 @@ void bind_bodies(py::module_& m) {
         "how often the collision surface is subdivided.");
     m.def(
         "make_rigid_body",
-        [](const std::string& name, const TriMesh& surface, double density) {
+        [](const std::string& name, const TriMesh& surface, std::optional<double> density,
+           std::optional<double> mass, const std::optional<Eigen::Vector3d>& centre,
+           const std::optional<Eigen::Matrix3d>& moments) {
             check_line(name, "name");
+            if (density && mass) throw std::invalid_argument("density: must not be beside mass");
+            if (!mass && (centre || moments))
+                throw std::invalid_argument("mass: is missing beside centre or moments");
             SolidBoundary solid = make_solid_boundary(surface, {.allow_components = true});
-            return std::make_shared<Body>(make_rigid_body(name, std::move(solid.mesh), density));
+            return std::make_shared<Body>(
+                mass ? make_rigid_body(name, std::move(solid.mesh),
+                                       {.mass = *mass, .centre = centre, .moments = moments})
+                     : make_rigid_body(name, std::move(solid.mesh), density.value_or(Material{}.density)));
         },
-        py::arg("name"), py::arg("surface"), py::arg("density") = Material{}.density, Computes(),
+        py::arg("name"), py::arg("surface"), py::arg("density") = py::none(), py::arg("mass") = py::none(),
+        py::arg("centre") = py::none(), py::arg("moments") = py::none(), Computes(),
         "A rigid body with the mass, centre and inertia of what a closed surface encloses: the surface hangs on "
-        "the four nodes of one stiff tetrahedron around it. density: kg/m3. Raises ValueError for a surface that "
-        "is open, intersects itself or has no volume.");
+        "the four nodes of one stiff tetrahedron around it. density: kg/m3, by default that of Material. In its "
+        "place a mass, kg, and if given the centre of mass, [3] metres, and the tensor of inertia about it, "
+        "[3, 3] kg m2. Raises ValueError for a surface that is open, intersects itself or has no volume, and for "
+        "moments that no mass in about the surface's place has.");
     m.def(
         "mesh_file", &mesh_body, py::arg("path"), py::arg("nodes") = py::none(),
         py::arg("grading") = py::none(), py::arg("cage") = py::none(), py::arg("inside") = py::none(),

@@ -45,6 +45,7 @@ const std::string full = R"({
                {"torque": [0, 0, 4], "region": {"box": {"min": [0, 0, 0], "max": [1, 1, 1]}}}, {"acceleration": [0, 5, 0]}, {"pressure": 600},
                {"gas": {"pressure": 2e5, "ambient": 1e5, "exponent": 1.4}, "cavity": 1}]},
     {"surface": "/abs/b.obj", "transform": {"scale": 0.5},
+     "inertia": {"mass": 3, "centre": [0, 0, 1], "moments": [1, 2, 2.5], "products": [0.1, 0.2, 0.3]},
      "meshing": {"nodes": 500, "grading": 0.1, "subdivide": 2, "subdivision": "loop", "elements": "quadratic"}},
     {"tets": "c.msh", "meshing": {"subdivide": 1}}
   ],

@@ -94,6 +94,51 @@ TEST(RigidBody, RefusesWhatHasNoVolume) {
     EXPECT_THROW(make_rigid_body("none", test::box(1, 1, 1, 1), 0), std::invalid_argument);
 }
 
+TEST(RigidBody, HasTheInertiaThatItIsGiven) {
+    const Eigen::Matrix3d R = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, -1).normalized()).matrix();
+    for (const double size : {1e-3, 1.0, 100.0})
+        for (const double far : {0.0, 1e6}) {
+            TriMesh box = test::box(size, 0.6 * size, 0.3 * size, 1);
+            const Eigen::Vector3d at(far, -far, far), centre = at + size * Eigen::Vector3d(0.4, 0.1, 0.2);
+            box.X.rowwise() += at.transpose();
+            const double mass = 7;
+            const Eigen::Matrix3d moments =
+                mass * size * size * R * Eigen::Vector3d(0.02, 0.03, 0.045).asDiagonal() * R.transpose();
+            const Eigen::Matrix3d symmetric = (moments + moments.transpose()) / 2;
+            const Body body =
+                make_rigid_body("box", box, {.mass = mass, .centre = centre, .moments = symmetric});
+            const ElasticBody elastic(body);
+            EXPECT_NEAR(elastic.mass(), mass, 1e-12 * mass);
+            const double rounding = 1e-10 * size + 1e-15 * far;
+            EXPECT_LT((centre_of_mass(elastic, elastic.rest().X) + body.origin - centre).norm(), rounding);
+            const Eigen::Matrix3d found = rigid_inertia(elastic, elastic.rest().X).bottomRightCorner<3, 3>();
+            EXPECT_LT((found - symmetric).norm(), (1e-9 + 10 * rounding / size) * symmetric.norm());
+            // Spread evenly where no moments are given.
+            const Eigen::Vector3d sides(size, 0.6 * size, 0.3 * size);
+            const ElasticBody even(make_rigid_body("box", box, {.mass = mass}));
+            for (int k = 0; k < 3; ++k) {
+                const double moment = mass / 12 * (sides.squaredNorm() - sides[k] * sides[k]);
+                EXPECT_NEAR(rigid_inertia(even, even.rest().X)(3 + k, 3 + k), moment,
+                            (1e-9 + 10 * rounding / size) * moment);
+            }
+        }
+}
+
+TEST(RigidBody, RefusesAnInertiaThatNoMassHas) {
+    const TriMesh box = test::box(1, 1, 1, 1);
+    const auto refuses = [&](const RigidInertia& inertia) {
+        EXPECT_THROW(make_rigid_body("box", box, inertia), std::invalid_argument);
+    };
+    refuses({.mass = 0});
+    refuses({.mass = 1, .centre = Eigen::Vector3d(5, 0, 0)});
+    for (const Eigen::Vector3d moments :
+         {Eigen::Vector3d(0, 0, 0), {0.1, 0.1, -0.1}, {0.1, 0.1, 0.3}, {5, 5, 5}, {0.1, 0.1, NAN}})
+        refuses({.mass = 1, .moments = Eigen::Matrix3d(moments.asDiagonal())});
+    Eigen::Matrix3d askew = Eigen::Vector3d(0.1, 0.1, 0.1).asDiagonal();
+    askew(0, 1) = 0.01;
+    refuses({.mass = 1, .moments = askew});
+}
+
 /// Size, step, angular velocity, distance from the origin.
 class Tumbling : public ::testing::TestWithParam<std::tuple<double, double, double, double>> {};
 
