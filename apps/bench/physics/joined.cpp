@@ -16,27 +16,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/// A rigid box around the origin.
-struct RigidBox {
-    Body body;
-    std::shared_ptr<const ElasticBody> elastic;
-
-    explicit RigidBox(const Vector3d& size, double density = 1000)
-        : body(make_rigid_body("box", box_surface(size, {2, 2, 2}), density)),
-          elastic(std::make_shared<const ElasticBody>(body)) {}
-
-    WorldBody at(const Vector3d& centre, const Vector3d& velocity = Vector3d::Zero(),
-                 const Vector3d& spin = Vector3d::Zero(), const Matrix3d& R = Matrix3d::Identity()) const {
-        WorldBody placed{.elastic = elastic, .W = body.W, .F = body.surface.F};
-        const Nodes turned = body.tets.X * R.transpose();
-        placed.state.x = turned.rowwise() + centre.transpose();
-        placed.state.v = Nodes(turned.rows(), 3);
-        for (Eigen::Index i = 0; i < turned.rows(); ++i)
-            placed.state.v.row(i) = velocity + spin.cross(Vector3d(turned.row(i)));
-        return placed;
-    }
-};
-
 Matrix3d cross_matrix(const Vector3d& w) {
     Matrix3d cross;
     cross << 0, -w.z(), w.y(), w.z(), 0, -w.x(), -w.y(), w.x(), 0;
@@ -46,7 +25,7 @@ Matrix3d cross_matrix(const Vector3d& w) {
 /// The turn of two radians of a box, about an axis near that of its middle moment of inertia. parameter:
 /// radians in a step. The error is that of its orientation, in radians.
 PhysicsOutcome rigid_tumble(const PhysicsCase& c) {
-    const RigidBox box(c.size * Vector3d(1, 0.6, 0.3));
+    const Solid box = rigid_box(c.size * Vector3d(1, 0.6, 0.3));
     const double rate = c.parameter / c.dt;
     const Vector3d spin = rate * Vector3d(0.1, 1, 0.2);
     World world = world_of(c, weightless(), {box.at({0, 0, 0}, {0, 0, 0}, spin)});
@@ -76,7 +55,8 @@ PhysicsOutcome rigid_slide(const PhysicsCase& c) {
     constexpr double angle = 0.35;
     WorldConfig config = config_of();
     config.gravity = standard_gravity * Vector3d(std::sin(angle), 0, -std::cos(angle));
-    const RigidBox box(c.size * Vector3d(1, 1, 0.5));  // starts where contact begins, so that it does not hop
+    // Starts where contact begins, so that it does not hop.
+    const Solid box = rigid_box(c.size * Vector3d(1, 1, 0.5));
     World world =
         world_of(c, config, {box.at({0, 0, (0.25 + 1.0e-3 * 1.5) * c.size})}, {floor_plane(c.parameter)});
     const double mass = box.elastic->mass(), time = std::max(0.1, 20 * c.dt);
@@ -91,15 +71,33 @@ PhysicsOutcome rigid_slide(const PhysicsCase& c) {
 
 constexpr double swing = 0.5;  // radians
 
+const std::string given_inertia = "given inertia";
+
+/// Of the bar, by its length: how far its centre of mass is from its joint, and its radius of gyration.
+double depth_of(const PhysicsCase& c) { return c.variant == given_inertia ? 0.2 : 0.5; }
+double gyration_of(const PhysicsCase& c) {
+    return c.variant == given_inertia ? 0.4 : std::sqrt((1 + 0.01) / 12);
+}
+
 double pendulum_period(const PhysicsCase& c) {
-    const double inertia = (1 + 0.01) / 12 + 0.25;  // of mass and length 1 about the end
-    return 2 * std::numbers::pi * std::sqrt(inertia * c.size / (0.5 * standard_gravity)) *
+    const double d = depth_of(c), k = gyration_of(c);
+    return 2 * std::numbers::pi * std::sqrt((d * d + k * k) * c.size / (d * standard_gravity)) *
            (1 + std::pow(swing, 2) / 16 + 11 * std::pow(swing, 4) / 3072);
+}
+
+Solid pendulum_bar(const PhysicsCase& c) {
+    const Vector3d size = c.size * Vector3d(0.1, 0.1, 1);
+    if (c.variant != given_inertia) return rigid_box(size);
+    const double mass = 3, of = mass * std::pow(gyration_of(c) * c.size, 2);
+    return Solid(make_rigid_body("bar", box_surface(size, {2, 2, 2}),
+                                 {.mass = mass,
+                                  .centre = Vector3d(0, 0, (0.5 - depth_of(c)) * c.size),
+                                  .moments = Matrix3d(Vector3d(of, of, 0.1 * of).asDiagonal())}));
 }
 
 /// A bar on a ball joint at its end.
 World pendulum_world(const PhysicsCase& c) {
-    const RigidBox bar(c.size * Vector3d(0.1, 0.1, 1));
+    const Solid bar = pendulum_bar(c);
     const Matrix3d R = Eigen::AngleAxisd(swing, Vector3d::UnitY()).matrix();
     World world = world_of(c, config_of(), {bar.at(-R.col(2) * c.size / 2, {0, 0, 0}, {0, 0, 0}, R)});
     world.add_joint({.kind = BallJoint{}});
@@ -124,7 +122,8 @@ PhysicsOutcome pendulum(const PhysicsCase& c) {
 /// Of three swings.
 PhysicsOutcome pendulum_energy(const PhysicsCase& c) {
     World world = pendulum_world(c);
-    const double depth = world.elastic(0).mass() * standard_gravity * c.size / 2 * (1 - std::cos(swing));
+    const double depth =
+        world.elastic(0).mass() * standard_gravity * c.size * depth_of(c) * (1 - std::cos(swing));
     advance(world, c.dt);
     const double begin = energy(world, 0, standard_gravity);
     while (world.time() < 3 * pendulum_period(c)) advance(world, c.dt);
@@ -134,7 +133,8 @@ PhysicsOutcome pendulum_energy(const PhysicsCase& c) {
 /// Eleven bodies on ball joints that swing down from a level line. parameter: mass of the last over that of
 /// the others together. The error is the energy that it gains, by that of its fall.
 PhysicsOutcome chain_energy(const PhysicsCase& c) {
-    const RigidBox link(c.size * Vector3d(1, 0.2, 0.2)), last(c.size * Vector3d(1, 1, 1), c.parameter * 400);
+    const Solid link = rigid_box(c.size * Vector3d(1, 0.2, 0.2)),
+                last = rigid_box(c.size * Vector3d(1, 1, 1), c.parameter * 400);
     std::vector<WorldBody> bodies;
     for (int b = 0; b < 10; ++b) bodies.push_back(link.at({(0.5 + b) * c.size, 0, 0}));
     bodies.push_back(last.at({10.5 * c.size, 0, 0}));
@@ -155,7 +155,8 @@ PhysicsOutcome chain_energy(const PhysicsCase& c) {
 
 /// Two bodies on a ball joint that turn about each other. The error is that of the angular momentum.
 PhysicsOutcome joined_spin(const PhysicsCase& c) {
-    const RigidBox heavy(c.size * Vector3d(1, 0.5, 0.5), 3000), light(c.size * Vector3d(1, 0.25, 0.25));
+    const Solid heavy = rigid_box(c.size * Vector3d(1, 0.5, 0.5), 3000),
+                light = rigid_box(c.size * Vector3d(1, 0.25, 0.25));
     const double rate = 0.02 / c.dt;
     World world = world_of(c, weightless(),
                            {heavy.at({0, 0, 0}, {0, 0, 0}, rate * Vector3d(0.25, 1, 0.5)),
@@ -177,6 +178,8 @@ std::vector<PhysicsCheck> joined_checks() {
         of.far = far;
         return of;
     };
+    PhysicsRange bars = range;
+    bars.variants = {"", given_inertia};
     const auto resolved = [](const PhysicsCase& c) {
         return c.dt < pendulum_period(c) / 100 && c.dt > pendulum_period(c) / 20'000;
     };
@@ -192,9 +195,9 @@ std::vector<PhysicsCheck> joined_checks() {
              "coefficient of friction"},
             {"rigid_pendulum",
              "A rigid bar on a ball joint swings by half a radian with the period of the elliptic integral.",
-             "period, s", 0.005, all_cases(range, 5, resolved), pendulum},
+             "period, s", 0.005, all_cases(bars, 5, resolved), pendulum},
             {"rigid_pendulum_energy", "In three swings it keeps its energy.", "change, by that of a swing",
-             0.02, all_cases(range, 5, resolved), pendulum_energy},
+             0.02, all_cases(bars, 5, resolved), pendulum_energy},
             {"chain_energy",
              "A chain of rigid links that swings down gains no energy, in steps below sqrt(L / g) / 10.",
              "gain, by the energy of its fall", 0.02, all_cases(with({1, 100}, FarBody::some), 5, links),

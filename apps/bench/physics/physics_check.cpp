@@ -50,8 +50,9 @@ std::function<bool(const PhysicsCase&)> carries_itself(double share) {
 std::vector<PhysicsCheck> physics_checks() {
     const std::pair<int, std::vector<PhysicsCheck> (*)()> groups[]{
         {1, free_motion_checks}, {1, collision_checks}, {2, friction_checks}, {2, rest_checks},
-        {2, turning_checks},     {1, joined_checks},    {3, impact_checks},   {1, ringing_checks},
-        {4, stiffness_checks},   {4, static_checks},    {5, told_checks},     {1, thread_checks}};
+        {2, turning_checks},     {1, joined_checks},    {1, load_checks},     {3, impact_checks},
+        {1, ringing_checks},     {4, stiffness_checks}, {4, static_checks},   {5, told_checks},
+        {1, thread_checks}};
     std::vector<PhysicsCheck> all;
     for (const auto& [section, checks_of] : groups)
         for (PhysicsCheck& check : checks_of()) {

@@ -76,6 +76,7 @@ std::vector<PhysicsCheck> friction_checks();
 std::vector<PhysicsCheck> rest_checks();
 std::vector<PhysicsCheck> turning_checks();
 std::vector<PhysicsCheck> joined_checks();
+std::vector<PhysicsCheck> load_checks();
 std::vector<PhysicsCheck> impact_checks();
 std::vector<PhysicsCheck> ringing_checks();
 std::vector<PhysicsCheck> stiffness_checks();

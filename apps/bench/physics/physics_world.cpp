@@ -93,8 +93,9 @@ Material undamped_material(const PhysicsCase& c) {
     return material;
 }
 
-Solid::Solid(TetMesh mesh, const Material& material) : body(make_body("solid", std::move(mesh), material)) {
-    elastic = std::make_shared<const ElasticBody>(body);
+Solid::Solid(TetMesh mesh, const Material& material) : Solid(make_body("solid", std::move(mesh), material)) {}
+
+Solid::Solid(Body of) : body(std::move(of)), elastic(std::make_shared<const ElasticBody>(body)) {
     CollisionTree hanging = make_exact_tree(body.surface.X.cast<float>(), body.surface.F);
     hang_on_body(hanging, body, body.name);
     tree = std::make_shared<const CollisionTree>(std::move(hanging));
@@ -109,6 +110,10 @@ WorldBody Solid::at(const Eigen::Vector3d& centre, const Eigen::Vector3d& veloci
     for (Eigen::Index i = 0; i < turned.rows(); ++i)
         placed.state.v.row(i) = velocity + spin.cross(Eigen::Vector3d(turned.row(i)));
     return placed;
+}
+
+Solid rigid_box(const Eigen::Vector3d& size, double density) {
+    return Solid(make_rigid_body("box", box_surface(size, {2, 2, 2}), density));
 }
 
 WorldBody alone(const std::shared_ptr<const ElasticBody>& elastic) {

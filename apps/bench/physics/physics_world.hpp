@@ -43,12 +43,16 @@ struct Solid {
     std::shared_ptr<const CollisionTree> tree;
 
     Solid(TetMesh mesh, const Material& material);
+    explicit Solid(Body of);
 
     /// At rest, rotated about the origin, moved there, with this velocity and rotation about its centre.
     WorldBody at(const Eigen::Vector3d& centre, const Eigen::Vector3d& velocity = Eigen::Vector3d::Zero(),
                  const Eigen::Vector3d& spin = Eigen::Vector3d::Zero(),
                  const Eigen::Matrix3d& R = Eigen::Matrix3d::Identity()) const;
 };
+
+/// A rigid box around the origin. density: kg/m3.
+Solid rigid_box(const Eigen::Vector3d& size, double density = 1000);
 
 /// A body without a tree, which only obstacles can touch.
 WorldBody alone(const std::shared_ptr<const ElasticBody>& elastic);
