@@ -110,8 +110,8 @@ void read_bounds(JsonObject& from, const std::filesystem::path& base, SceneBody&
 }
 
 std::optional<RigidInertia> read_inertia(JsonObject from) {
-    RigidInertia inertia{.mass = from.number("mass", 1, positive_number)};
     from.need("mass");
+    RigidInertia inertia{.mass = from.optional_number("mass", positive_number).value_or(1)};
     if (from.has("centre")) inertia.centre = from.vector("centre", Eigen::Vector3d::Zero());
     const Eigen::Vector3d moments = from.vector("moments", Eigen::Vector3d::Zero()),
                           products = from.vector("products", Eigen::Vector3d::Zero());
