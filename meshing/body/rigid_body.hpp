@@ -11,6 +11,17 @@ namespace nbd {
 /// An acceleration, m/s2, that a rigid body hardly feels: loads of this size strain it by a ten-thousandth.
 constexpr double rigid_acceleration = 1e4, rigid_strain = 1e-4;
 
+/// Mass and moments of inertia of a rigid body, in place of what a density makes of its surface.
+struct RigidInertia {
+    double mass = 0;  // kg, > 0
+    // Of mass, metres, where the body is; none: of what the surface encloses.
+    std::optional<Eigen::Vector3d> centre{};
+    // The tensor about the centre, along the body's axes, kg m2; none: as if the mass were spread evenly.
+    std::optional<Eigen::Matrix3d> moments{};
+
+    bool operator==(const RigidInertia&) const = default;
+};
+
 /// Makes a rigid body: its surface hangs on the four nodes of one linear tetrahedron around it, with weights
 /// >= 0, whose fill has the volume, the centre and the moments of inertia of what the surface encloses, and
 /// which is as stiff as rigid_young() says. So it is an affine body [LanKaufmanLiJiangYang22], and all that
@@ -25,17 +36,6 @@ Body make_rigid_body(std::string name, TriMesh surface, RigidInertia inertia);
 
 /// Whether a mesh is that of a rigid body: one linear tetrahedron with a fill.
 bool is_rigid(const TetMesh& tets) noexcept;
-
-/// Mass and moments of inertia of a rigid body, in place of what a density makes of its surface.
-struct RigidInertia {
-    double mass = 0;  // kg, > 0
-    // Of mass, metres, where the body is; none: of what the surface encloses.
-    std::optional<Eigen::Vector3d> centre{};
-    // The tensor about the centre, along the body's axes, kg m2; none: as if the mass were spread evenly.
-    std::optional<Eigen::Matrix3d> moments{};
-
-    bool operator==(const RigidInertia&) const = default;
-};
 
 /// Changes the fill of the tetrahedron of a rigid body, and returns the density, kg/m3, with which it has
 /// this inertia. tets: in the coordinates of the centre, at the size that the body has. Throws

@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sim/contact/bond.hpp"
@@ -35,6 +36,14 @@ struct ContactSolveReport {
     bool converged = true;      // every linear solve met its tolerance
     bool settled = true;        // the last pass changed nothing about which contacts press and slip
     std::string fallback{};     // empty, or why a pass was factorised
+
+    /// Sets this to what the next solve of the same step did, and counts the work of those before it, too.
+    void add_round(ContactSolveReport next) {
+        next.linear_iterations += linear_iterations;
+        next.passes += passes;
+        if (next.fallback.empty()) next.fallback = std::move(fallback);
+        *this = std::move(next);
+    }
 };
 
 /// Solves the velocities of all bodies at the end of a step together with their contacts and bonds:

@@ -1,12 +1,11 @@
-// Approaches to spheres that are too fast for a step, which the barrier does not see.
+#include "sim/world/approach.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <limits>
 #include <optional>
 #include <variant>
-
-#include "sim/world/world.hpp"
 
 namespace nbd {
 namespace {
@@ -20,12 +19,10 @@ double least_distance(const Eigen::Vector3d& p, const Eigen::Vector3d& way) {
     return (p + std::min(nearer / way.squaredNorm(), 1.0) * way).norm();
 }
 
-}  // namespace
-
 /// How far the nodes go in dt, [N, 3] metres: as fast as they are, and those that are held as they are told.
-Nodes World::foreseen_motion(const Body& body, double dt) const {
+Nodes foreseen_motion(const WorldState& world, const SteppedBody& body, double dt) {
     Nodes way = dt * body.state.v;
-    const PrescribedNodes given = prescribed(body, dt);
+    const PrescribedNodes given = world.prescribed(body, dt);
     for (std::size_t k = 0; k < given.nodes.size(); ++k) {
         const int node = given.nodes[k];
         way.row(node) = body.start.x.row(node) + dt * given.v.row(k) - body.state.x.row(node);
@@ -33,20 +30,18 @@ Nodes World::foreseen_motion(const Body& body, double dt) const {
     return way;
 }
 
-/// Only vertices meet a sphere, and the iterates of a step are no motion: a vertex may come to lie behind a
-/// sphere whose centre goes beyond it in one step. Before the step, a vertex in the way of the centre is at
-/// least a radius ahead of it. So it is still ahead if the two approach by at most a radius, and no more is
-/// allowed.
-World::Rejection World::pass_of_ball(double dt) const {
-    for (int b = 0; b < body_count(); ++b) {
-        const Body& body = at(b);
+}  // namespace
+
+Rejection pass_of_ball(const WorldState& world, double dt) {
+    for (int b = 0; b < world.body_count(); ++b) {
+        const SteppedBody& body = world.at(b);
         std::optional<Nodes> foreseen;  // once for all spheres
-        for (std::size_t o = 0; o < obstacles_.size(); ++o) {
-            const BallShape* ball = std::get_if<BallShape>(&obstacles_[o].shape);
-            if (!ball || !pairs_.meet(b, party_of_obstacle(o))) continue;
-            if (!foreseen) foreseen = foreseen_motion(body, dt);
-            const Motion& motion = obstacles_[o].motion;
-            const Placing now = motion.at(time_), then = motion.at(time_ + dt);
+        for (std::size_t o = 0; o < world.obstacles.size(); ++o) {
+            const BallShape* ball = std::get_if<BallShape>(&world.obstacles[o].shape);
+            if (!ball || !world.pairs.meet(b, party_of_obstacle(o))) continue;
+            if (!foreseen) foreseen = foreseen_motion(world, body, dt);
+            const Motion& motion = world.obstacles[o].motion;
+            const Placing now = motion.at(world.time), then = motion.at(world.time + dt);
             const Eigen::Vector3d centre = now(ball->centre);
             const Eigen::RowVector3d moves = (then(ball->centre) - centre).transpose();
             const double radius = now.scale * ball->radius,
@@ -57,7 +52,7 @@ World::Rejection World::pass_of_ball(double dt) const {
             double approach = 0;
             for (Eigen::Index v = 0; v < x.rows(); ++v)
                 if (least_distance(x.row(v).transpose() - centre, way.row(v).transpose()) <
-                    radius + growth + thickness())
+                    radius + growth + world.thickness())
                     approach = std::max(approach, way.row(v).norm() + growth);
             if (approach > radius)
                 return {

@@ -13,7 +13,10 @@
 #include "collision/base/stopwatch.hpp"
 #include "sim/fem/step_system.hpp"
 #include "sim/world/given_ways.hpp"
-#include "sim/world/world.hpp"
+#include "sim/world/joint_forces.hpp"
+#include "sim/world/part_solve.hpp"
+#include "sim/world/step_loads.hpp"
+#include "sim/world/time_rule.hpp"
 
 namespace nbd {
 namespace {
@@ -52,33 +55,30 @@ void check_static_config(const StaticConfig& config) {
                         config.newton_iterations));
 }
 
-/// The factor of gravity and of loads without keyframes.
-double World::load_share(double time) const noexcept {
-    return config_.statics ? std::clamp(time, 0.0, 1.0) : 1;
-}
-
 /// Of all bodies at v, with the contacts and bonds found there, which are linearised at v. is_assembled:
 /// whether the systems are of this increment, so that they tell what rounding leaves.
-std::vector<World::Imbalance> World::imbalances(double dt, const Eigen::VectorXd& v,
-                                                const std::vector<PrescribedNodes>& given,
-                                                bool is_assembled) {
+std::vector<PartSolve::Imbalance> PartSolve::imbalances(const Eigen::VectorXd& v,
+                                                        const std::vector<PrescribedNodes>& given,
+                                                        bool is_assembled) {
     constexpr double unit = 4 * std::numeric_limits<double>::epsilon();
-    solver_.linearise(v);
-    const Eigen::VectorXd pushes = solver_.impulses(v);
-    std::vector<Imbalance> all(bodies_.size());
-    for (int b = 0; b < body_count(); ++b) {
-        Body& body = at(b);
+    equations_.solver.linearise(v);
+    const Eigen::VectorXd pushes = equations_.solver.impulses(v);
+    std::vector<Imbalance> all(world_.bodies.size());
+    for (int b = 0; b < world_.body_count(); ++b) {
+        SteppedBody& body = world_.at(b);
         Imbalance& of = all[b];
-        const Nodes w = body_part(b, v), x = body.start.x + dt * w, push = body_part(b, pushes) / dt;
-        set_end_forces(body, x);
-        linearise_loads(body, w);
-        const Loads outer = end_loads(body);
+        const Nodes w = world_.part_of(b, v), x = body.start.x + dt_ * w,
+                    push = world_.part_of(b, pushes) / dt_;
+        set_end_forces(world_, body, x);
+        linearise_loads(world_, body, w);
+        const Loads outer = end_loads(world_, body);
         StepStart here = body.start;  // without resistance of its mass
         here.v = w;
         here.static_mass = 0;
-        const StepSystem& system = systems_[b];
+        const StepSystem& system = equations_.systems[b];
         const Nodes off =
-            push - StepPotential(*body.elastic, here, step_, outer, system.elements()).gradient(w) / dt;
+            push -
+            StepPotential(*body.elastic, here, world_.step, outer, system.elements()).gradient(w) / dt_;
         std::vector<char> is_given(x.rows(), 0);
         for (const int node : given[b].nodes) is_given[node] = 1;
         const Eigen::RowVector3d centre = centre_of_mass(*body.elastic, x);
@@ -93,7 +93,7 @@ std::vector<World::Imbalance> World::imbalances(double dt, const Eigen::VectorXd
                 continue;
             }
             of.off += left.norm();
-            if (is_assembled) of.rounding += unit * diagonal[i].norm() / (dt * dt) * x.row(i).norm();
+            if (is_assembled) of.rounding += unit * diagonal[i].norm() / (dt_ * dt_) * x.row(i).norm();
             force += left;
             torque += arm.cross(left);
             loads +=
@@ -109,7 +109,7 @@ std::vector<World::Imbalance> World::imbalances(double dt, const Eigen::VectorXd
 
 /// Takes the next linearisations more carefully after one whose matrix was not positive definite. Returns
 /// whether that can help.
-bool World::Caution::takes_more_hold(bool was_exact, double imbalance) noexcept {
+bool PartSolve::Caution::takes_more_hold(bool was_exact, double imbalance) noexcept {
     constexpr double factor = 100, most = 1e6;
     if (was_exact) {
         exact_below = exact_again * imbalance;
@@ -121,14 +121,14 @@ bool World::Caution::takes_more_hold(bool was_exact, double imbalance) noexcept 
 
 /// Lets the next linearisation be solved better after one whose solution was taken to be where it began: what
 /// solves may leave counts by the whole motion of the increment. Returns whether that can help.
-bool World::Caution::solves_better() noexcept {
+bool PartSolve::Caution::solves_better() noexcept {
     constexpr double factor = 1e-2, least = 1e-8;
     precision *= factor;
     return precision >= least;
 }
 
 /// Likewise after one that went far or not. Returns whether the next can go on.
-bool World::Caution::goes_on(bool was_exact, double imbalance, bool went_far) noexcept {
+bool PartSolve::Caution::goes_on(bool was_exact, double imbalance, bool went_far) noexcept {
     constexpr double factor = 16, most = 1e12;
     if (went_far)
         way_hold = std::max(4 * way_hold / factor, 1.0);
@@ -142,31 +142,34 @@ bool World::Caution::goes_on(bool was_exact, double imbalance, bool went_far) no
 /// Lets a share of each body's mass resist the motion from v, so that one that nothing holds does not move
 /// too far at a time, however far linearisations lead. As it resists what is not balanced yet, it vanishes
 /// with that: at the end the bodies are in balance without it.
-void World::regularise(double dt, const Eigen::VectorXd& v, std::span<const Imbalance> imbalances,
-                       const Caution& caution) {
-    for (int b = 0; b < body_count(); ++b) {
-        Body& body = at(b);
+void PartSolve::regularise(const Eigen::VectorXd& v, std::span<const Imbalance> imbalances,
+                           const Caution& caution) {
+    for (int b = 0; b < world_.body_count(); ++b) {
+        SteppedBody& body = world_.at(b);
         const double size = body.shape->rest_diagonal,
                      hold = std::max(caution.way_hold * imbalances[b].net / (free_way * size),
-                                     caution.stiffness_hold * (is_held(body) ? held_hold : free_hold) *
+                                     caution.stiffness_hold * (world_.is_held(body) ? held_hold : free_hold) *
                                          body.contact_young * size);  // N/m
-        body.start.v = body_part(b, v);
-        body.start.static_mass = rounded(dt * dt * hold / body.elastic->mass());
+        body.start.v = world_.part_of(b, v);
+        body.start.static_mass = rounded(dt_ * dt_ * hold / body.elastic->mass());
     }
 }
 
 /// How far a body may have to go before something holds it, metres: the largest of its size and of its
 /// distances from other bodies, obstacles and the places of its joints.
-double World::room_of(int body) const {
-    const double size = at(body).shape->rest_diagonal;
-    const Eigen::Vector3d centre = centre_of_mass(elastic(body), at(body).state.x);
+double PartSolve::room_of(int body) const {
+    const double size = world_.at(body).shape->rest_diagonal;
+    const Eigen::Vector3d centre = centre_of_mass(*world_.at(body).elastic, world_.at(body).state.x);
     double room = size;
-    for (int b = 0; b < body_count(); ++b)
-        if (b != body) room = std::max(room, (centre_of_mass(elastic(b), at(b).state.x) - centre).norm());
-    for (const Obstacle& obstacle : obstacles_)
-        if (const auto to = signed_distance(obstacle, centre, time_, std::numeric_limits<double>::infinity()))
+    for (int b = 0; b < world_.body_count(); ++b)
+        if (b != body)
+            room =
+                std::max(room, (centre_of_mass(*world_.at(b).elastic, world_.at(b).state.x) - centre).norm());
+    for (const Obstacle& obstacle : world_.obstacles)
+        if (const auto to =
+                signed_distance(obstacle, centre, world_.time, std::numeric_limits<double>::infinity()))
             room = std::max(room, std::abs(to->distance));
-    for (const JointBonds& joint : joints_)
+    for (const JointBonds& joint : world_.joints)
         if (joint.joint().a == body || joint.joint().b == body)
             room = std::max(room, joint.reach_from(centre));
     return room;
@@ -175,46 +178,46 @@ double World::room_of(int body) const {
 /// An increment: Newton's iteration to the balance of all forces, with friction by the way of the increment.
 /// The first linearisations take grips and obstacles along their ways. v: out, the way of the increment over
 /// its length.
-World::Rejection World::balance(const StepPart& part, Eigen::VectorXd& v, WorldReport& report) {
-    const double dt = part.dt;
+Rejection PartSolve::balance(Eigen::VectorXd& v, WorldReport& report) {
     std::vector<const ContactShape*> shapes;
     std::vector<PrescribedNodes> given;
     std::vector<double> begun;  // what a body has to let go of where its load goes back to nothing
-    for (const Body& body : bodies_) {
+    for (const SteppedBody& body : world_.bodies) {
         shapes.push_back(body.shape.get());
-        given.push_back(prescribed(body, dt));
+        given.push_back(world_.prescribed(body, dt_));
         begun.push_back(inner_sum(*body.elastic, body.state, given.back()));
     }
-    barrier().begin_step(time_, dt);
-    Eigen::VectorXd to = stacked(&World::first_iterate, given);
+    barrier_.begin_step(world_.time, dt_);
+    Eigen::VectorXd to = stacked(&first_iterate, given);
     v = Eigen::VectorXd::Zero(to.size());
-    GivenWays given_ways(barrier().obstacles_move() || held_nodes_move(dt, given));
-    look(dt, v, to, given_ways.obstacles, report);
-    std::vector<double> ways(bodies_.size(), 0.0);  // of their nodes in the mean
+    GivenWays given_ways(barrier_.obstacles_move() || held_nodes_move(given));
+    look(v, to, given_ways.obstacles, report);
+    std::vector<double> ways(world_.bodies.size(), 0.0);  // of their nodes in the mean
     std::vector<double> rooms;
-    for (int b = 0; b < body_count(); ++b) rooms.push_back(room_of(b));
+    for (int b = 0; b < world_.body_count(); ++b) rooms.push_back(room_of(b));
     Caution caution;
     std::string left;
     double share = 0;
     for (int k = 0;; ++k) {
         stop_if_asked();
-        timed(report.detect_us, [&] { contacts_ = contacts_at(dt, v, share, given_ways.obstacles, shapes); });
-        find_bonds(dt, v);
+        timed(report.detect_us,
+              [&] { equations_.contacts = contacts_at(v, share, given_ways.obstacles, shapes); });
+        find_bonds(v);
         // Far from balance, friction of a size that does not change with the slip would push bodies away.
-        solver_.begin(contacts_, bonds_, shapes, first_unknown_, config_.contact.tolerance, step_, v, true,
-                      k > 0 && report.imbalance < least_tangents);
-        solver_.solve_to(caution.precision);
-        std::vector<Imbalance> now =
-            timed(report.assemble_us, [&] { return imbalances(dt, v, given, k > 0); });
+        equations_.solver.begin(equations_.contacts, equations_.bonds, shapes, world_.first_unknown,
+                                world_.config.contact.tolerance, world_.step, v, true,
+                                k > 0 && report.imbalance < least_tangents);
+        equations_.solver.solve_to(caution.precision);
+        std::vector<Imbalance> now = timed(report.assemble_us, [&] { return imbalances(v, given, k > 0); });
         for (std::size_t b = 0; b < now.size(); ++b) now[b].scale = std::max(now[b].scale, begun[b]);
-        const double tolerance = config_.statics->tolerance;
+        const double tolerance = world_.config.statics->tolerance;
         const std::size_t worst =
             std::ranges::max_element(
                 now, {},
                 [&](const Imbalance& of) { return std::pair(!of.is_balanced(tolerance), of.share()); }) -
             now.begin();
         report.imbalance = now[worst].share();
-        left = fmt::format("{} is out of balance by {:.2g} of the forces on it", bodies_[worst].name,
+        left = fmt::format("{} is out of balance by {:.2g} of the forces on it", world_.bodies[worst].name,
                            report.imbalance);
         if (now[worst].net > least_net * now[worst].scale) left += ", and maybe nothing holds it";
         if (k > 0 && given_ways.are_gone() && now[worst].is_balanced(tolerance)) {
@@ -223,18 +226,19 @@ World::Rejection World::balance(const StepPart& part, Eigen::VectorXd& v, WorldR
         }
         if (ways[worst] > most_way * rooms[worst] && now[worst].net > least_net * now[worst].scale)
             return {.reason = fmt::format("nothing holds {}, which moves on and on without a balance",
-                                          bodies_[worst].name),
+                                          world_.bodies[worst].name),
                     .fatal = true,
                     .is_final = true};
-        if (k == config_.step.newton_iterations) break;
+        if (k == world_.config.step.newton_iterations) break;
         const bool is_exact = report.imbalance < caution.exact_below;
-        regularise(dt, v, now, caution);
+        regularise(v, now, caution);
         timed(report.assemble_us,
               [&] { build_systems(given, &v, is_exact ? Tangent::exact : Tangent::full); });
         to = v;
         ++report.newton_iterations;
         try {
-            const ContactSolveReport solved = timed(report.solve_us, [&] { return solve_systems(to); });
+            const ContactSolveReport solved =
+                timed(report.solve_us, [&] { return tendons_.solve(world_, equations_, gases_, to); });
             report.contacts = solved.active;
             report.solver_iterations += solved.linear_iterations;
             if (given_ways.are_gone() && solved.linear_iterations == 0 && to == v && !caution.solves_better())
@@ -244,42 +248,20 @@ World::Rejection World::balance(const StepPart& part, Eigen::VectorXd& v, WorldR
             continue;
         }
         if (!to.allFinite()) return {.reason = "the motion of the increment is not finite", .fatal = true};
-        const double trusted = trusted_share(dt, v, to);
+        const double trusted = trusted_share(v, to);
         if (trusted < 1) to = v + trusted * (to - v);
-        const double free = propose(dt, v, to, given_ways.obstacles, report);
+        const double free = propose(v, to, given_ways.obstacles, report);
         const bool is_free = given_ways.are_gone();
         share = is_free ? search_line(v, to, free) : free;
         if (is_free && !caution.goes_on(is_exact, report.imbalance, share >= cautious_share * free)) break;
         if (!is_free && share < least_step) break;
-        for (int b = 0; b < body_count(); ++b)
-            if (is_free) ways[b] += dt * share * body_part(b, to - v).rowwise().norm().mean();
+        for (int b = 0; b < world_.body_count(); ++b)
+            if (is_free) ways[b] += dt_ * share * world_.part_of(b, to - v).rowwise().norm().mean();
         v += share * (to - v);
         given_ways.go(share, trusted);
     }
     if (!given_ways.are_gone()) return {.reason = given_ways.text(), .fatal = true};
     return {.reason = left, .fatal = true, .trouble = StepTrouble::newton};
-}
-
-/// Ends an increment in the balance that v leads to, with the reactions there. ends: where v leads.
-void World::come_to_rest(const StepPart& part, const Eigen::VectorXd& v, const BodyPositions& ends) {
-    const StepPart whole{.dt = part.dt, .end = part.end, .share = 1};
-    const Eigen::VectorXd impulses = solver_.impulses(v), of_contact = solver_.contact_impulses(v, {});
-    reactions_.clear();
-    for (int b = 0; b < body_count(); ++b) {
-        Body& body = at(b);
-        const Nodes w = body_part(b, v);
-        body.start.v = w;  // no mass resists what is balanced
-        body.before = PastStep{.v = {}, .inner_forces = {}, .held = prescribed(body, part.dt).nodes};
-        body.holding = holding_impulses(b, w, impulses);
-        add_holding_reactions(whole, b, ends.x[b]);
-        add_wind_reactions(whole, b, w, ends.x[b]);
-        body.before.reset();
-        body.contact_forces = body_part(b, of_contact) / part.dt;
-        body.state.x = ends.x[b];  // in place: arrays keep their place in memory
-        body.state.v.setZero();
-    }
-    add_contact_reactions(whole, solver_.pair_impulses(v, {}, ends));
-    add_joint_reactions(whole, v, {}, ends, ends);
 }
 
 }  // namespace nbd

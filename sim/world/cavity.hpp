@@ -26,6 +26,13 @@ class Cavity {
     int node_ = 0;      // one that it hangs on
 };
 
+/// The hollow within a closed part of a body's surface.
+struct CavityState {
+    int body = 0, number = 0;  // of the cavity among those of the body, in the order of its faces
+    double volume = 0;         // m3
+    double pressure = 0;       // of its loads and its gas, Pa, above the ambient pressure
+};
+
 /// The gas in a cavity of a body.
 struct ClosedGas {
     int cavity = 0;

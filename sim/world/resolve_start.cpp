@@ -58,13 +58,13 @@ Eigen::Vector3d way_apart(const MovingSurface& a, const MovingSurface& b,
 std::vector<StartMove> World::resolve_start() {
     const WorldSnapshot start = snapshot();
     std::vector<StartMove> moves;
-    for (int b = 0; b < body_count(); ++b) moves.push_back({b, Eigen::Vector3d::Zero()});
+    for (int b = 0; b < state_.body_count(); ++b) moves.push_back({b, Eigen::Vector3d::Zero()});
     const auto can_move = [&](int body) { return can_be_moved(body); };
     const auto move = [&](int body, const Eigen::Vector3d& by) {
-        at(body).state.x.rowwise() += by.transpose();
+        state_.at(body).state.x.rowwise() += by.transpose();
         moves[body].by += by;
     };
-    const double room = 2 * thickness();
+    const double room = 2 * state_.thickness();
     std::vector<Intersection> found;
     std::vector<Contact> near;
     int stuck = -1;  // a body that is in an obstacle
@@ -74,8 +74,8 @@ std::vector<StartMove> World::resolve_start() {
             throw StopAsked();
         }
         stuck = -1;
-        for (int b = 0; b < body_count(); ++b)
-            for (int o = 0; o < std::ssize(obstacles_); ++o)
+        for (int b = 0; b < state_.body_count(); ++b)
+            for (int o = 0; o < std::ssize(state_.obstacles); ++o)
                 if (const Eigen::Vector3d by = way_out(b, o, room); !by.isZero(0)) {
                     stuck = b;
                     if (can_move(b)) move(b, by);
@@ -143,7 +143,7 @@ std::vector<StartMove> World::part_touching() {
 std::vector<Contact> World::too_near() {
     std::map<std::pair<int, int>, Contact> nearest;
     barrier().be_exact(true);  // until the next part
-    barrier().look(nodes_now(), nodes_now(), 0);
+    barrier().look(state_.nodes_now(), state_.nodes_now(), 0);
     for (const Contact& contact : barrier().contacts(0)) {
         const int a = contact.a.body, b = contact.b.body;
         if (b < 0 || a == b || contact.gap > barrier().least_start()) continue;
@@ -156,19 +156,20 @@ std::vector<Contact> World::too_near() {
 }
 
 bool World::can_be_moved(int body) const {
-    return body >= 0 && !is_joined(body) && at(body).grips.empty() && at(body).driven.nodes.empty();
+    return body >= 0 && !state_.is_joined(body) && state_.at(body).grips.empty() &&
+           state_.at(body).driven.nodes.empty();
 }
 
 /// The way by which a body leaves an obstacle, to `room` metres from it; zero if no vertex is in it, nor too
 /// near to start, or the two do not meet.
 Eigen::Vector3d World::way_out(int body, int obstacle, double room) {
-    if (!pairs_.meet(body, party_of_obstacle(obstacle))) return Eigen::Vector3d::Zero();
+    if (!state_.pairs.meet(body, party_of_obstacle(obstacle))) return Eigen::Vector3d::Zero();
     const double least = barrier().least_start();
     SurfaceDistance deepest{std::numeric_limits<double>::infinity(), Eigen::Vector3d::Zero()};
     const Nodes x = surface(body);
-    const Obstacle now = as_at(obstacles_[obstacle], time_);
+    const Obstacle now = as_at(state_.obstacles[obstacle], state_.time);
     for (int v = 0; v < x.rows(); ++v)
-        if (const auto at = signed_distance(now, x.row(v), time_, least);
+        if (const auto at = signed_distance(now, x.row(v), state_.time, least);
             at && at->distance < deepest.distance && !barrier().may_touch(body, v, obstacle))
             deepest = *at;
     return deepest.distance <= least ? Eigen::Vector3d((room - deepest.distance) * deepest.normal)

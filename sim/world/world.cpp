@@ -10,6 +10,9 @@
 #include <utility>
 
 #include "collision/tree/auto_bounds.hpp"
+#include "meshing/body/rigid_body.hpp"
+#include "sim/world/gases.hpp"
+#include "sim/world/step_loads.hpp"
 
 namespace nbd {
 namespace {
@@ -41,13 +44,15 @@ double surface_young(const ElasticBody& elastic, const Embedding& W) {
 }  // namespace
 
 World::World(const WorldConfig& config)
-    : config_(config), solver_(linear_config(config), config.hierarchies) {
+    : state_{.config = config},
+      equations_{.solver = ContactSolver(linear_config(config), config.hierarchies)} {
     check_contact_config(config.contact);
     if (config.statics) {
         check_static_config(*config.statics);
-        config_.step.integrator = TimeIntegrator::backward_euler;
-        config_.step.newton_iterations = config.statics->newton_iterations;
-        config_.contact.tolerance = std::min(config.contact.tolerance, 1e-4 * config.statics->tolerance);
+        state_.config.step.integrator = TimeIntegrator::backward_euler;
+        state_.config.step.newton_iterations = config.statics->newton_iterations;
+        state_.config.contact.tolerance =
+            std::min(config.contact.tolerance, 1e-4 * config.statics->tolerance);
     }
     const auto& [times, values] = config.gravity_keys;
     bool is_in_order = times.size() == values.size();
@@ -71,7 +76,7 @@ World::World(const WorldConfig& config)
 /// The shape of an earlier body with the same rest shape and surface, or a new one. Takes the surface of
 /// `body`.
 std::shared_ptr<const ContactShape> World::contact_shape(WorldBody& body) const {
-    for (const Body& other : bodies_)
+    for (const SteppedBody& other : state_.bodies)
         if (other.elastic == body.elastic && other.shape->is_of(body.W, body.F)) return other.shape;
     return std::make_shared<const ContactShape>(std::move(body.W), std::move(body.F), body.elastic->rest().X);
 }
@@ -94,7 +99,8 @@ int World::add_body(WorldBody body) {
     std::vector<Nodes> grip_start;
     for (const Grip& grip : body.grips) {
         check_grip(grip, nodes);
-        grip_start.push_back(grip.take <= time_ ? Nodes(body.state.x(grip.nodes, Eigen::all)) : Nodes(0, 3));
+        grip_start.push_back(grip.take <= state_.time ? Nodes(body.state.x(grip.nodes, Eigen::all))
+                                                      : Nodes(0, 3));
     }
     if (const auto odds = grips_at_odds(body.grips))
         throw std::invalid_argument(fmt::format("world: grips {} and {} of a body both hold node {} at {} s",
@@ -113,39 +119,39 @@ int World::add_body(WorldBody body) {
     const double contact_young = surface_young(elastic, body.W);
     PairBounds bounds{body.tree, body.bounds, body.margin};
     std::shared_ptr<const ContactShape> shape = contact_shape(body);
-    if (config_.statics) body.state.v.setZero();
-    const int index = body_count();
+    if (state_.config.statics) body.state.v.setZero();
+    const int index = state_.body_count();
     Nodes added_at = body.grips.empty() ? Nodes{} : body.state.x;
-    Body made{.elastic = std::move(body.elastic),
-              .shape = std::move(shape),
-              .bounds = std::move(bounds),
-              .tree = std::move(tree),
-              .state = std::move(body.state),
-              .contact_young = contact_young,
-              .forces = Nodes::Zero(nodes, 3),
-              .contact_forces = Nodes::Zero(nodes, 3),
-              .loads = {},
-              .outer_before = {},
-              .outer_end = {},
-              .added = time_,
-              .grips = std::move(body.grips),
-              .grip_start = std::move(grip_start),
-              .added_at = std::move(added_at),
-              .friction = std::move(body.friction),
-              .name = body.name.empty() ? fmt::format("body {}", index) : std::move(body.name)};
+    SteppedBody made{.elastic = std::move(body.elastic),
+                     .shape = std::move(shape),
+                     .bounds = std::move(bounds),
+                     .tree = std::move(tree),
+                     .state = std::move(body.state),
+                     .contact_young = contact_young,
+                     .forces = Nodes::Zero(nodes, 3),
+                     .contact_forces = Nodes::Zero(nodes, 3),
+                     .loads = {},
+                     .outer_before = {},
+                     .outer_end = {},
+                     .added = state_.time,
+                     .grips = std::move(body.grips),
+                     .grip_start = std::move(grip_start),
+                     .added_at = std::move(added_at),
+                     .friction = std::move(body.friction),
+                     .name = body.name.empty() ? fmt::format("body {}", index) : std::move(body.name)};
     for (int k = 0; k < std::ssize(body.loads); ++k) body.loads[k].number = k;
-    add_winds(made, body.loads);
-    add_cavities(made, body.loads);
+    take_winds(made, body.loads);
+    take_gases(made, body.loads);
     for (BodyLoad& load : body.loads) made.loads.emplace_back(std::move(load), elastic, *made.shape);
-    systems_.emplace_back(elastic);
-    bodies_.push_back(std::move(made));
-    first_unknown_.push_back(first_unknown_.back() + 3 * nodes);
+    equations_.systems.emplace_back(elastic);
+    state_.bodies.push_back(std::move(made));
+    state_.first_unknown.push_back(state_.first_unknown.back() + 3 * nodes);
     forget_parts();
     return index;
 }
 
 void World::drive(int body, std::vector<int> nodes, Nodes targets) {
-    Body& driven = at(body);
+    SteppedBody& driven = state_.at(body);
     const int count = driven.elastic->node_count();
     if (targets.rows() != std::ssize(nodes))
         throw std::invalid_argument(
@@ -153,7 +159,7 @@ void World::drive(int body, std::vector<int> nodes, Nodes targets) {
     if (!targets.allFinite()) throw std::invalid_argument("world: a target of driven nodes is not finite");
     std::vector<char> is_taken(count, 0);
     for (const Grip& grip : driven.grips)
-        for (const int node : grip.nodes) is_taken[node] |= static_cast<char>(grip.holds(time_));
+        for (const int node : grip.nodes) is_taken[node] |= static_cast<char>(grip.holds(state_.time));
     for (const int node : nodes) {
         if (node < 0 || node >= count)
             throw std::invalid_argument(
@@ -167,30 +173,91 @@ void World::drive(int body, std::vector<int> nodes, Nodes targets) {
 
 void World::add_obstacle(Obstacle obstacle) {
     check_obstacle(obstacle);
-    obstacles_.push_back(std::move(obstacle));
+    state_.obstacles.push_back(std::move(obstacle));
     forget_parts();
 }
 
 void World::set_pair(int a, int b, const PairRule& rule) {
     for (const int party : {a, b})
-        if (party >= body_count() || party < party_of_obstacle(std::ssize(obstacles_) - 1))
-            throw std::invalid_argument(fmt::format("world: a pair names {} {}, but there are {}",
-                                                    party < 0 ? "obstacle" : "body",
-                                                    party < 0 ? party_of_obstacle(party) : party,
-                                                    party < 0 ? obstacles_.size() : bodies_.size()));
-    pairs_.set(a, b, rule);
+        if (party >= state_.body_count() || party < party_of_obstacle(std::ssize(state_.obstacles) - 1))
+            throw std::invalid_argument(
+                fmt::format("world: a pair names {} {}, but there are {}", party < 0 ? "obstacle" : "body",
+                            party < 0 ? party_of_obstacle(party) : party,
+                            party < 0 ? state_.obstacles.size() : state_.bodies.size()));
+    state_.pairs.set(a, b, rule);
     forget_parts();
 }
 
-double World::thickness() const noexcept {
-    return config_.contact.thickness > 0 ? config_.contact.thickness : 0.001 * smallest_diagonal();
+int World::add_joint(Joint joint) {
+    check_joint(joint, state_.body_count());
+    holds_.resize(state_.bodies.size());
+    std::vector<const ElasticBody*> elastic;
+    double size = state_.at(joint.a).shape->rest_diagonal;
+    for (std::size_t b = 0; b < state_.bodies.size(); ++b) {
+        elastic.push_back(state_.bodies[b].elastic.get());
+        const int body = static_cast<int>(b);
+        if (body != joint.a && body != joint.b) continue;
+        size = std::min(size, state_.bodies[b].shape->rest_diagonal);
+        for (std::size_t c = 0; c < b && !holds_[b]; ++c)
+            if (state_.bodies[c].elastic == state_.bodies[b].elastic) holds_[b] = holds_[c];
+        if (!holds_[b]) holds_[b] = std::make_shared<const NodeHold>(node_hold(*state_.bodies[b].elastic));
+    }
+    const int index = joint_count();
+    JointBonds bonds(std::move(joint), index, elastic, state_.nodes_now(), holds_, size);
+    const Joint& made = bonds.joint();
+    const bool meet = made.b < 0 || made.bodies_meet || std::holds_alternative<CordJoint>(made.kind);
+    if (!meet) {
+        PairRule rule = state_.pairs.of(made.a, made.b);
+        rule.meets = false;
+        set_pair(made.a, made.b, rule);
+    }
+    state_.forget_rates(made);
+    state_.joints.push_back(std::move(bonds));
+    state_.broken.push_back(0);
+    joint_forces_.add_joint();
+    return index;
 }
 
-double World::smallest_diagonal() const noexcept {
-    double smallest = std::numeric_limits<double>::infinity();
-    for (const Body& body : bodies_) smallest = std::min(smallest, body.shape->rest_diagonal);
-    return smallest;
+void World::add_tendon(Tendon tendon) {
+    if (state_.config.statics) throw std::invalid_argument("tendon: statics know no winch");
+    if (tendon.parts.empty()) throw std::invalid_argument("tendon: it has no parts");
+    for (const int part : tendon.parts) {
+        if (part < 0 || part >= joint_count())
+            throw std::invalid_argument(
+                fmt::format("tendon: joint {} is not one of {}", part, joint_count()));
+        const auto* cord = std::get_if<CordJoint>(&joint(part).kind);
+        if (!cord || cord->tension.empty() || state_.tendon_of(part) >= 0)
+            throw std::invalid_argument(fmt::format(
+                "tendon: joint \"{}\" is no cord with a given tension of its own", joint(part).name));
+    }
+    const auto& [times, lengths] = tendon.winch;
+    bool is_right = !times.empty() && times.size() == lengths.size();
+    for (std::size_t k = 0; is_right && k < times.size(); ++k)
+        is_right = std::isfinite(times[k]) && std::isfinite(lengths[k]) && lengths[k] > 0 &&
+                   (k == 0 || times[k] > times[k - 1]);
+    if (!is_right) throw std::invalid_argument("tendon: its winch needs lengths > 0 at times that increase");
+    if (!(tendon.stiffness >= 0) || !std::isfinite(tendon.stiffness) || !(tendon.fixed >= 0))
+        throw std::invalid_argument("tendon: it needs a stiffness >= 0");
+    state_.tendons.push_back(std::move(tendon));
 }
+
+void World::move_obstacle(int obstacle, Keyframe place) {
+    if (targets_.move_obstacle(state_, obstacle, std::move(place))) forget_parts();
+}
+
+void World::move_grip(int body, int grip, Keyframe place) {
+    if (targets_.move_grip(state_, body, grip, std::move(place))) forget_parts();
+}
+
+void World::set_joint(int joint, double value) { targets_.set_joint(state_, joint, value); }
+
+void World::set_load(int body, int load, double factor) { targets_.set_load(state_, body, load, factor); }
+
+void World::set_wind(int body, int load, const Eigen::Vector3d& velocity) {
+    targets_.set_wind(state_, body, load, velocity);
+}
+
+std::vector<CavityState> World::cavities() const { return cavity_states(state_); }
 
 /// Discards what was made of the bodies and obstacles so far.
 void World::forget_parts() {
@@ -200,16 +267,16 @@ void World::forget_parts() {
 
 std::vector<FacePair> World::within(int a, int b, double distance) {
     for (const int index : {a, b}) {
-        Body& body = at(index);
+        SteppedBody& body = state_.at(index);
         if (!body.tree)
             throw std::invalid_argument(fmt::format("world: body {} has no collision tree", index));
         begin_pose(body, *body.tree);
     }
-    const auto pairs = query_.within(*at(a).tree, *at(b).tree, static_cast<float>(distance));
+    const auto pairs = query_.within(*state_.at(a).tree, *state_.at(b).tree, static_cast<float>(distance));
     return {pairs.begin(), pairs.end()};
 }
 
-void World::begin_pose(Body& body, PosedTree& tree) {
+void World::begin_pose(SteppedBody& body, PosedTree& tree) {
     if (tree.takes_nodes()) {
         body.posed = body.state.x.cast<float>();
         tree.begin_pose_of_nodes(body.posed);
@@ -219,26 +286,38 @@ void World::begin_pose(Body& body, PosedTree& tree) {
     }
 }
 
-Nodes World::body_part(int body, const Eigen::VectorXd& stacked) const {
-    return Eigen::Map<const Nodes>(stacked.data() + first_unknown_[body], at(body).state.v.rows(), 3);
+bool World::has_vertex(int body, int vertex) const {
+    return body >= 0 && body < state_.body_count() && vertex >= 0 &&
+           vertex < state_.at(body).shape->vertex_count();
 }
 
-bool World::has_vertex(int body, int vertex) const {
-    return body >= 0 && body < body_count() && vertex >= 0 && vertex < at(body).shape->vertex_count();
+std::vector<Reaction> World::reactions() const {
+    std::vector<Reaction> all = reactions_.all();
+    for (Reaction& one : all) {
+        one.torque += state_.config.origin.cross(one.force);
+        if (one.by != ReactionBy::cavity) one.point += state_.config.origin;
+    }
+    for (const CavityState& cavity : cavities())
+        for (Reaction& one : all)
+            if (one.by == ReactionBy::cavity && one.body == cavity.body && one.number == cavity.number) {
+                one.pressure = cavity.pressure;
+                one.volume = cavity.volume;
+            }
+    return all;
 }
 
 WorldSnapshot World::snapshot() const {
     WorldSnapshot snapshot;
-    snapshot.time = time_;
-    snapshot.dt_before = dt_before_;
-    for (const Body& body : bodies_) {
+    snapshot.time = state_.time;
+    snapshot.dt_before = state_.dt_before;
+    for (const SteppedBody& body : state_.bodies) {
         snapshot.bodies.push_back(body.state);
         snapshot.inner_forces.push_back(body.inner_forces);
         snapshot.before.push_back(body.before.value_or(PastStep{}));
     }
     snapshot.stretches = friction_memory_.stretches();
     bool is_any_taken = false;
-    for (const Body& body : bodies_) {
+    for (const SteppedBody& body : state_.bodies) {
         std::vector<Nodes>& taken = snapshot.taken_at.emplace_back();
         for (std::size_t g = 0; g < body.grips.size(); ++g) {
             taken.push_back(body.takes_later(g) ? body.grip_start[g] : Nodes(0, 3));
@@ -246,19 +325,19 @@ WorldSnapshot World::snapshot() const {
         }
     }
     if (!is_any_taken) snapshot.taken_at.clear();
-    snapshot.broken = broken_;
-    snapshot.springs_before = springs_before_;
+    snapshot.broken = state_.broken;
+    snapshot.springs_before = joint_forces_.before();
     return snapshot;
 }
 
 void World::restore(const WorldSnapshot& snapshot) {
-    if (std::ssize(snapshot.bodies) != body_count() ||
+    if (std::ssize(snapshot.bodies) != state_.body_count() ||
         (!snapshot.inner_forces.empty() && snapshot.inner_forces.size() != snapshot.bodies.size()) ||
         (!snapshot.before.empty() && snapshot.before.size() != snapshot.bodies.size()) ||
         (!snapshot.taken_at.empty() && snapshot.taken_at.size() != snapshot.bodies.size()))
-        throw std::invalid_argument(
-            fmt::format("world: a snapshot of {} bodies for {}", snapshot.bodies.size(), body_count()));
-    for (int b = 0; b < body_count(); ++b) {
+        throw std::invalid_argument(fmt::format("world: a snapshot of {} bodies for {}",
+                                                snapshot.bodies.size(), state_.body_count()));
+    for (int b = 0; b < state_.body_count(); ++b) {
         const auto fits = [&](const Nodes& rows) {
             return rows.rows() == elastic(b).node_count() && rows.allFinite();
         };
@@ -268,7 +347,7 @@ void World::restore(const WorldSnapshot& snapshot) {
         const bool is_known = before.v.size() > 0 || before.inner_forces.size() > 0;
         if (!fits(state.x) || !fits(state.v) || (forces.size() > 0 && !fits(forces)) ||
             (is_known && !(fits(before.v) && fits(before.inner_forces) && snapshot.dt_before > 0)) ||
-            (!snapshot.taken_at.empty() && !at(b).could_take(snapshot.taken_at[b])))
+            (!snapshot.taken_at.empty() && !state_.at(b).could_take(snapshot.taken_at[b])))
             throw std::invalid_argument(fmt::format("world: the snapshot of body {} does not fit it", b));
     }
     const FrictionStretches& stretches = snapshot.stretches;
@@ -276,7 +355,7 @@ void World::restore(const WorldSnapshot& snapshot) {
         const bool is_there = i < stretches.contacts.size() && i < stretches.ways.size();
         const std::array<int, 6> contact = is_there ? stretches.contacts[i] : std::array<int, 6>{};
         const auto fits = [&](int body, int vertex) { return vertex == -1 || has_vertex(body, vertex); };
-        const bool is_obstacle = contact[3] < 0 && -1 - contact[3] < std::ssize(obstacles_);
+        const bool is_obstacle = contact[3] < 0 && -1 - contact[3] < std::ssize(state_.obstacles);
         if (!is_there || !has_vertex(contact[0], contact[1]) || !fits(contact[0], contact[2]) ||
             !(is_obstacle ||
               (has_vertex(contact[3], 0) && fits(contact[3], contact[4]) && fits(contact[3], contact[5]))) ||
@@ -285,9 +364,9 @@ void World::restore(const WorldSnapshot& snapshot) {
                 fmt::format("world: entry {} of the snapshot's friction does not fit the bodies", i));
     }
     for (const std::size_t count : {snapshot.broken.size(), snapshot.springs_before.size()})
-        if (count != 0 && count != joints_.size())
+        if (count != 0 && count != state_.joints.size())
             throw std::invalid_argument(
-                fmt::format("world: a snapshot of {} joints for {}", count, joints_.size()));
+                fmt::format("world: a snapshot of {} joints for {}", count, state_.joints.size()));
     for (const JointLoad& load : snapshot.springs_before)
         for (const Momentum* side : {&load.on_a, &load.on_b})
             if (!side->linear.allFinite() || !side->angular.allFinite())
@@ -295,40 +374,32 @@ void World::restore(const WorldSnapshot& snapshot) {
     reset(snapshot);
     start_is_checked_ = false;
     reactions_.clear();
-    for (Body& body : bodies_) {
+    for (SteppedBody& body : state_.bodies) {
         body.contact_forces.setZero();
-        body.driven.start = body.driven.end = time_;  // moves from the restored places to its targets
+        body.driven.start = body.driven.end = state_.time;  // moves from the restored places to its targets
     }
-}
-
-/// Whether these may be the places at which its grips took their nodes later.
-bool World::Body::could_take(const std::vector<Nodes>& places) const {
-    if (places.size() != grips.size()) return false;
-    for (std::size_t g = 0; g < grips.size(); ++g) {
-        const Eigen::Index rows = places[g].rows();
-        const bool fits = rows == 0 || (takes_later(g) && rows == std::ssize(grips[g].nodes));
-        if (!fits || !places[g].allFinite()) return false;
-    }
-    return true;
 }
 
 void World::reset(const WorldSnapshot& snapshot) {
-    for (int b = 0; b < body_count(); ++b) {
-        at(b).state = snapshot.bodies[b];
-        at(b).inner_forces = snapshot.inner_forces.empty() ? Nodes{} : snapshot.inner_forces[b];
-        at(b).before.reset();
-        if (!snapshot.before.empty() && snapshot.before[b].v.size() > 0) at(b).before = snapshot.before[b];
-        for (std::size_t g = 0; g < at(b).grips.size(); ++g)
-            if (at(b).takes_later(g))
-                at(b).grip_start[g] = snapshot.taken_at.empty() ? Nodes(0, 3) : snapshot.taken_at[b][g];
+    for (int b = 0; b < state_.body_count(); ++b) {
+        state_.at(b).state = snapshot.bodies[b];
+        state_.at(b).inner_forces = snapshot.inner_forces.empty() ? Nodes{} : snapshot.inner_forces[b];
+        state_.at(b).before.reset();
+        if (!snapshot.before.empty() && snapshot.before[b].v.size() > 0)
+            state_.at(b).before = snapshot.before[b];
+        for (std::size_t g = 0; g < state_.at(b).grips.size(); ++g)
+            if (state_.at(b).takes_later(g))
+                state_.at(b).grip_start[g] =
+                    snapshot.taken_at.empty() ? Nodes(0, 3) : snapshot.taken_at[b][g];
     }
-    time_ = snapshot.time;
-    dt_before_ = snapshot.dt_before;
+    state_.time = snapshot.time;
+    state_.dt_before = snapshot.dt_before;
     friction_memory_.restore(snapshot.stretches);
-    broken_ = snapshot.broken;
-    broken_.resize(joints_.size(), 0);
-    springs_before_ = snapshot.springs_before;
-    springs_before_.resize(joints_.size());
+    state_.broken = snapshot.broken;
+    state_.broken.resize(state_.joints.size(), 0);
+    std::vector<JointLoad> springs = snapshot.springs_before;
+    springs.resize(state_.joints.size());
+    joint_forces_.set_before(std::move(springs));
 }
 
 }  // namespace nbd

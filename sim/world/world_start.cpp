@@ -26,18 +26,18 @@ std::vector<char> hanging_on(const std::vector<char>& nodes, const Embedding& W)
 /// Made where it is first asked for.
 Barrier& World::barrier() {
     if (barrier_) return *barrier_;
-    auto made = std::make_unique<Barrier>(config_.contact, thickness(), pairs_);
-    for (const Body& body : bodies_)
+    auto made = std::make_unique<Barrier>(state_.config.contact, state_.thickness(), state_.pairs);
+    for (const SteppedBody& body : state_.bodies)
         made->add_body(body.shape, body.elastic->rest(), body.contact_young, body.bounds, held_pose(body),
                        body.friction);
-    for (const Obstacle& obstacle : obstacles_) made->add_obstacle(obstacle);
+    for (const Obstacle& obstacle : state_.obstacles) made->add_obstacle(obstacle);
     made->begin();
     barrier_ = std::move(made);
     return *barrier_;
 }
 
 /// By the grips that have its nodes from the first. Driven nodes are told from step to step.
-HeldPose World::held_pose(const Body& body) {
+HeldPose World::held_pose(const SteppedBody& body) {
     if (body.added_at.size() == 0) return {};
     std::vector<char> held(body.added_at.rows(), 0), staying = held;
     for (std::size_t g = 0; g < body.grips.size(); ++g) {
@@ -53,6 +53,13 @@ HeldPose World::held_pose(const Body& body) {
     return {body.added_at, hanging_on(held, body.shape->W), hanging_on(staying, body.shape->W)};
 }
 
+std::vector<Intersection> World::intersecting_faces() {
+    barrier().begin_step(state_.time, 0);
+    return barrier().intersections(state_.nodes_now());
+}
+
+std::vector<Intersection> World::touching_at_rest() { return barrier().touching_at_rest(); }
+
 void World::check_start() {
     if (start_is_checked_) return;
     barrier().be_exact(true);               // until the next part
@@ -64,7 +71,7 @@ void World::check_start() {
         throw std::invalid_argument(fmt::format("bodies must start without intersections, but {}{}",
                                                 intersection_text(found, surfaces), way_to_start(pairs)));
     }
-    barrier().look(nodes_now(), nodes_now(), 0);
+    barrier().look(state_.nodes_now(), state_.nodes_now(), 0);
     if (!std::isfinite(barrier().energy(0))) {
         for (const Contact& contact : barrier().contacts(0))
             if (!(contact.gap > barrier().floor())) pairs.push_back({contact.a.body, contact.b.body});
@@ -82,9 +89,9 @@ std::string World::way_to_start(std::span<const std::array<int, 2>> pairs) const
         if (a == b) return fmt::format("; body {} needs another shape or pose", a);
         if (a >= 0 && b >= 0)
             return fmt::format("; bodies {} and {} are held, so place them at least {:.2g} m apart", a, b,
-                               thickness());
+                               state_.thickness());
         return fmt::format("; body {} is held, so place it at least {:.2g} m away", std::max(a, b),
-                           thickness());
+                           state_.thickness());
     }
     return "; `resolve_start` moves bodies apart";
 }

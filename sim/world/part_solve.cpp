@@ -1,4 +1,6 @@
 // One part of a step: Newton's iteration over bodies that a barrier keeps apart.
+#include "sim/world/part_solve.hpp"
+
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
@@ -13,7 +15,9 @@
 #include "meshing/body/rigid_body.hpp"
 #include "sim/fem/step_system.hpp"
 #include "sim/world/given_ways.hpp"
-#include "sim/world/world.hpp"
+#include "sim/world/joint_forces.hpp"
+#include "sim/world/step_loads.hpp"
+#include "sim/world/time_rule.hpp"
 
 namespace nbd {
 namespace {
@@ -52,99 +56,95 @@ bool turns(std::span<const Obstacle> obstacles, double begin, double end) {
 
 }  // namespace
 
-std::vector<Nodes> World::nodes_now() const {
-    std::vector<Nodes> nodes;
-    for (const Body& body : bodies_) nodes.push_back(body.state.x);
-    return nodes;
+/// A hundred-thousandth of the smallest body: nobody sees that friction gives by as much before it slides. Or
+/// a thousandth of a fall from rest, where steps are long: a stiffer spring would be settled by no iteration.
+double PartSolve::slip_length() const noexcept {
+    if (world_.config.statics) return 1e-5 * world_.smallest_diagonal();
+    double gravity = world_.config.gravity.norm();
+    for (const Eigen::Vector3d& value : world_.config.gravity_keys.values)
+        gravity = std::max(gravity, value.norm());
+    return std::max(1e-5 * world_.smallest_diagonal(), 1e-3 * gravity * dt_ * dt_);
 }
-
-std::vector<Intersection> World::intersecting_faces() {
-    barrier().begin_step(time_, 0);
-    return barrier().intersections(nodes_now());
-}
-
-std::vector<Intersection> World::touching_at_rest() { return barrier().touching_at_rest(); }
 
 /// Velocities that lead from where the bodies are to where their steps start, stacked; see TimeStep.
-Eigen::VectorXd World::leads(double dt) const {
-    Eigen::VectorXd leads = Eigen::VectorXd::Zero(first_unknown_.back());
-    for (std::size_t b = 0; b < bodies_.size(); ++b)
-        Eigen::Map<Nodes>(leads.data() + first_unknown_[b], bodies_[b].state.x.rows(), 3) =
-            (bodies_[b].start.x - bodies_[b].state.x) / dt;
+Eigen::VectorXd PartSolve::leads() const {
+    Eigen::VectorXd leads = Eigen::VectorXd::Zero(world_.first_unknown.back());
+    for (std::size_t b = 0; b < world_.bodies.size(); ++b)
+        Eigen::Map<Nodes>(leads.data() + world_.first_unknown[b], world_.bodies[b].state.x.rows(), 3) =
+            (world_.bodies[b].start.x - world_.bodies[b].state.x) / dt_;
     return leads;
 }
 
 /// Whether nodes end elsewhere than they are because their velocities are given: beyond rounding.
-bool World::held_nodes_move(double dt, const std::vector<PrescribedNodes>& given) const {
+bool PartSolve::held_nodes_move(const std::vector<PrescribedNodes>& given) const {
     constexpr double unit = 8 * std::numeric_limits<double>::epsilon();
-    for (std::size_t b = 0; b < bodies_.size(); ++b)
+    for (std::size_t b = 0; b < world_.bodies.size(); ++b)
         for (std::size_t k = 0; k < given[b].nodes.size(); ++k) {
             const int node = given[b].nodes[k];
-            const auto now = bodies_[b].state.x.row(node);
-            const Eigen::RowVector3d end = bodies_[b].start.x.row(node) + dt * given[b].v.row(k);
-            if ((end - now).norm() > unit * (now.norm() + dt * given[b].v.row(k).norm())) return true;
+            const auto now = world_.bodies[b].state.x.row(node);
+            const Eigen::RowVector3d end = world_.bodies[b].start.x.row(node) + dt_ * given[b].v.row(k);
+            if ((end - now).norm() > unit * (now.norm() + dt_ * given[b].v.row(k).norm())) return true;
         }
     return false;
 }
 
 /// Contacts of the iterate v, after a share of the motion proposed last, with the gaps that linear motion
 /// from the start of the step would have. progress: how far obstacles have come.
-std::vector<Contact> World::contacts_at(double dt, const Eigen::VectorXd& v, double share, double progress,
-                                        std::span<const ContactShape* const> shapes) {
-    std::vector<Contact> contacts = barrier().contacts(share);
-    const Eigen::VectorXd lead = leads(dt);
+std::vector<Contact> PartSolve::contacts_at(const Eigen::VectorXd& v, double share, double progress,
+                                            std::span<const ContactShape* const> shapes) {
+    std::vector<Contact> contacts = barrier_.contacts(share);
+    const Eigen::VectorXd lead = leads();
     ContactTerms terms;
     for (std::size_t c = 0; c < contacts.size(); ++c) {
         Contact& contact = contacts[c];
-        terms.add(contact, shapes, first_unknown_);
+        terms.add(contact, shapes, world_.first_unknown);
         const Eigen::Vector3d led = terms.velocity(c, lead),
                               moved = terms.velocity(c, v) + led - progress * contact.wall_velocity;
-        contact.gap -= dt * contact.normal.dot(moved);
+        contact.gap -= dt_ * contact.normal.dot(moved);
         contact.wall_velocity -= led;
-        friction_memory_.recall(contact, slip_length(dt));
+        friction_.recall(contact, slip_length());
     }
     return contacts;
 }
 
 /// By how much contacts at v, the end of the motion proposed last, press otherwise than was solved for, as a
 /// share of the impulses on a body.
-double World::contact_error(double dt, const Eigen::VectorXd& v,
-                            std::span<const ContactShape* const> shapes) {
-    const std::vector<Contact> contacts = barrier().contacts(1);
+double PartSolve::contact_error(const Eigen::VectorXd& v, std::span<const ContactShape* const> shapes) {
+    const std::vector<Contact> contacts = barrier_.contacts(1);
     ContactTerms terms;
-    for (const Contact& contact : contacts) terms.add(contact, shapes, first_unknown_);
-    terms.hold(systems_);
-    Eigen::VectorXd error = -solver_.normal_impulses(v);
+    for (const Contact& contact : contacts) terms.add(contact, shapes, world_.first_unknown);
+    terms.hold(equations_.systems);
+    Eigen::VectorXd error = -equations_.solver.normal_impulses(v);
     for (std::size_t c = 0; c < contacts.size(); ++c) {
         const Contact& contact = contacts[c];
-        terms.add_impulse(c, -dt * contact.barrier.at(contact.gap).slope * contact.normal, false, error);
+        terms.add_impulse(c, -dt_ * contact.barrier.at(contact.gap).slope * contact.normal, false, error);
     }
-    return solver_.share_of_scales(error, Eigen::VectorXd::Zero(v.size()));
+    return equations_.solver.share_of_scales(error, Eigen::VectorXd::Zero(v.size()));
 }
 
 /// The share of the motion from v to `to` in which no body deforms by more than its own size. Where passes do
 /// not settle, a motion may be far beyond that, and near everything.
-double World::trusted_share(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to) const {
+double PartSolve::trusted_share(const Eigen::VectorXd& v, const Eigen::VectorXd& to) const {
     double share = 1;
-    for (int b = 0; b < body_count(); ++b) {
-        const Nodes way = dt * body_part(b, to - v);
+    for (int b = 0; b < world_.body_count(); ++b) {
+        const Nodes way = dt_ * world_.part_of(b, to - v);
         const Eigen::RowVector3d mean = way.colwise().mean();
         const double most = (way.rowwise() - mean).rowwise().norm().maxCoeff();
-        if (const double allowed = at(b).shape->rest_diagonal; most > allowed)
+        if (const double allowed = world_.at(b).shape->rest_diagonal; most > allowed)
             share = std::min(share, allowed / most);
     }
-    return std::min(share, share_of_cavities(dt, v, to));
+    return std::min(share, share_of_cavities(world_, v, to));
 }
 
 /// How much a rigid body at v is strained by turning along straight ways from where it was linearised: by
 /// half the square of its turn, which a linearisation at v does not have. The largest of all bodies.
-double World::strain_of_turns(double dt, const Eigen::VectorXd& v) const {
+double PartSolve::strain_of_turns(const Eigen::VectorXd& v) const {
     double largest = 0;
-    for (int b = 0; b < body_count(); ++b) {
-        if (!elastic(b).is_rigid()) continue;
-        const Nodes x = at(b).start.x + dt * body_part(b, v);
-        const Eigen::Matrix3d R = systems_[b].elements().R[0].lane(0),
-                              turn = R.transpose() * elastic(b).deformation_gradient(x, 0) -
+    for (int b = 0; b < world_.body_count(); ++b) {
+        if (!world_.at(b).elastic->is_rigid()) continue;
+        const Nodes x = world_.at(b).start.x + dt_ * world_.part_of(b, v);
+        const Eigen::Matrix3d R = equations_.systems[b].elements().R[0].lane(0),
+                              turn = R.transpose() * world_.at(b).elastic->deformation_gradient(x, 0) -
                                      Eigen::Matrix3d::Identity();
         largest = std::max(largest, (turn.transpose() * turn).norm() / 2);
     }
@@ -155,16 +155,16 @@ double World::strain_of_turns(double dt, const Eigen::VectorXd& v) const {
 /// they are linearised at `from`, as a share of their kinetic energy at `to`: of the largest of all bodies. A
 /// straight way strains by half the square of the turn, which matters where sound crosses a body many times
 /// in a step.
-double World::share_of_turns(double dt, const Eigen::VectorXd& from, const Eigen::VectorXd& to) const {
+double PartSolve::share_of_turns(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const {
     double largest = 0;
-    for (int b = 0; b < body_count(); ++b) {
-        const ElasticBody& body = elastic(b);
-        if (body.is_rigid() || is_held(at(b))) continue;
-        const Nodes w = body_part(b, to), x = at(b).start.x + dt * body_part(b, from);
-        const Momentum way = momentum_of(body, {.x = x, .v = w - body_part(b, from)});
+    for (int b = 0; b < world_.body_count(); ++b) {
+        const ElasticBody& body = *world_.at(b).elastic;
+        if (body.is_rigid() || world_.is_held(world_.at(b))) continue;
+        const Nodes w = world_.part_of(b, to), x = world_.at(b).start.x + dt_ * world_.part_of(b, from);
+        const Momentum way = momentum_of(body, {.x = x, .v = w - world_.part_of(b, from)});
         const Eigen::Vector3d turn =
-            dt * rigid_inertia(body, x).bottomRightCorner<3, 3>().ldlt().solve(way.angular);
-        const double strain = turn.squaredNorm() / 2, young = at(b).contact_young,
+            dt_ * rigid_inertia(body, x).bottomRightCorner<3, 3>().ldlt().solve(way.angular);
+        const double strain = turn.squaredNorm() / 2, young = world_.at(b).contact_young,
                      volume = body.mass() / body.material().density;
         if (const double kinetic = kinetic_energy(body, w); kinetic > 0)
             largest = std::max(largest, young * volume * strain * strain / 2 / kinetic);
@@ -175,43 +175,44 @@ double World::share_of_turns(double dt, const Eigen::VectorXd& from, const Eigen
 /// A part with contacts linearised at its start. Where they lead nowhere near an intersection and press at
 /// the end as was solved for, it is done. If not, it goes as far as nothing collides, and is
 /// linearised there. v: out, the velocities at the end of the part.
-World::Rejection World::solve(const StepPart& part, Eigen::VectorXd& v, WorldReport& report) {
-    const double dt = part.dt;
+Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
     std::vector<const ContactShape*> shapes;
     std::vector<PrescribedNodes> given;
-    for (const Body& body : bodies_) {
+    for (const SteppedBody& body : world_.bodies) {
         shapes.push_back(body.shape.get());
-        given.push_back(prescribed(body, dt));
+        given.push_back(world_.prescribed(body, dt_));
     }
     // One linearisation stretches a body that turns, which friction on an obstacle that turns it holds back.
     // Then a balance is sought, too, but less and less of one.
-    const bool is_asked = config_.step.newton_iterations > 1,
-               is_newton = is_asked || turns(obstacles_, time_, time_ + dt);
-    const int most = is_asked ? config_.step.newton_iterations : max_linearisations;
+    const bool is_asked = world_.config.step.newton_iterations > 1,
+               is_newton = is_asked || turns(world_.obstacles, world_.time, world_.end());
+    const int most = is_asked ? world_.config.step.newton_iterations : max_linearisations;
     report.solver_converged = true;
     turns_abruptly_ = false;
-    barrier().begin_step(time_, dt);
-    Eigen::VectorXd to = stacked(&World::likely_velocities, given);
-    v = -leads(dt);
-    GivenWays given_ways(barrier().obstacles_move() || held_nodes_move(dt, given));
+    barrier_.begin_step(world_.time, dt_);
+    Eigen::VectorXd to = stacked(&likely_velocities, given);
+    v = -leads();
+    GivenWays given_ways(barrier_.obstacles_move() || held_nodes_move(given));
     constexpr const char* too_large = "the velocities of the step are too large, or not finite";
-    if (!leads_somewhere(dt, to)) return {.reason = too_large, .fatal = true};
-    look(dt, v, to, given_ways.obstacles, report);
+    if (!leads_somewhere(dt_, to)) return {.reason = too_large, .fatal = true};
+    look(v, to, given_ways.obstacles, report);
     double share = 0, moved = 0;
     std::string left_open;
     double allowed_strain = rigid_strain, allowed_turns = turns_share, allowed_of_gases = least_gas_error,
            allowed_of_winds = least_drag_error;
-    double allowed = is_newton ? config_.step.newton_tolerance : contact_share;
+    double allowed = is_newton ? world_.config.step.newton_tolerance : contact_share;
     for (int k = 0;; ++k) {
         stop_if_asked();
-        timed(report.detect_us, [&] { contacts_ = contacts_at(dt, v, share, given_ways.obstacles, shapes); });
-        find_bonds(dt, v);
+        timed(report.detect_us,
+              [&] { equations_.contacts = contacts_at(v, share, given_ways.obstacles, shapes); });
+        find_bonds(v);
         timed(report.solve_us, [&] {
             if (k > 0)
-                solver_.set_contacts(contacts_, bonds_, v);
+                equations_.solver.set_contacts(equations_.contacts, equations_.bonds, v);
             else
-                solver_.begin(contacts_, bonds_, shapes, first_unknown_, config_.contact.tolerance, step_,
-                              stacked(&World::first_iterate, given), is_newton);
+                equations_.solver.begin(equations_.contacts, equations_.bonds, shapes, world_.first_unknown,
+                                        world_.config.contact.tolerance, world_.step,
+                                        stacked(&first_iterate, given), is_newton);
         });
         if (is_newton && k > 0 && given_ways.are_gone()) {
             const double error = residual(v);
@@ -220,36 +221,39 @@ World::Rejection World::solve(const StepPart& part, Eigen::VectorXd& v, WorldRep
             if (!is_asked) allowed *= 2;
         }
         if (k == most || (k > 0 && share < least_progress)) break;
-        timed(report.assemble_us, [&] { build_systems(given, k > 0 ? &v : nullptr, config_.step.tangent); });
-        const ContactSolveReport solved = timed(report.solve_us, [&] { return solve_systems(to); });
+        timed(report.assemble_us,
+              [&] { build_systems(given, k > 0 ? &v : nullptr, world_.config.step.tangent); });
+        const ContactSolveReport solved =
+            timed(report.solve_us, [&] { return tendons_.solve(world_, equations_, gases_, to); });
         if (!solved.fallback.empty())
-            report.fallback = fmt::format("at {:.6g} s: {}", time_ + dt, solved.fallback);
+            report.fallback = fmt::format("at {:.6g} s: {}", world_.end(), solved.fallback);
         report.contacts = solved.active;
         report.solver_converged = report.solver_converged && solved.converged;
         report.contacts_settled = solved.settled;
         ++report.newton_iterations;
         report.solver_iterations += solved.linear_iterations;
-        if (!leads_somewhere(dt, to)) return {.reason = too_large, .fatal = true};
-        if (k == 0) turns_abruptly_ = !joints_.empty() && strain_of_turns(dt, to) > rigid_strain;
-        if (turns_abruptly_ && step_.velocity_factor > 1) return {.reason = "a rigid body turns abruptly"};
-        const double trusted = trusted_share(dt, v, to);
+        if (!leads_somewhere(dt_, to)) return {.reason = too_large, .fatal = true};
+        if (k == 0) turns_abruptly_ = !world_.joints.empty() && strain_of_turns(to) > rigid_strain;
+        if (turns_abruptly_ && world_.step.velocity_factor > 1)
+            return {.reason = "a rigid body turns abruptly"};
+        const double trusted = trusted_share(v, to);
         if (trusted < 1) to = v + trusted * (to - v);
-        share = propose(dt, v, to, given_ways.obstacles, report);
+        share = propose(v, to, given_ways.obstacles, report);
         if (share == 1 && trusted == 1 && !is_newton) {
-            const double error = timed(report.detect_us, [&] { return contact_error(dt, to, shapes); });
+            const double error = timed(report.detect_us, [&] { return contact_error(to, shapes); });
             left_open.clear();
             if (error > allowed)
                 left_open = out_of_balance(error, allowed);
             else if (!solved.settled)
                 left_open = "contacts that press and let go in turn";
-            else if (strain_of_turns(dt, to) > allowed_strain)
+            else if (strain_of_turns(to) > allowed_strain)
                 left_open = "a rigid body that turns too far";
-            else if (share_of_turns(dt, v, to) > allowed_turns)
+            else if (share_of_turns(v, to) > allowed_turns)
                 left_open =
                     "a body that turns too far in a step for how stiff it is; it may as well be rigid";
-            else if (gas_error(to) > allowed_of_gases)
+            else if (gases_.error(world_, to) > allowed_of_gases)
                 left_open = "gases whose pressures do not fit their volumes";
-            else if (drag_error(to) > allowed_of_winds)
+            else if (drag_error(world_, to) > allowed_of_winds)
                 left_open = "winds whose drag does not fit the motion";
             if (left_open.empty()) {
                 v = to;
@@ -276,40 +280,43 @@ World::Rejection World::solve(const StepPart& part, Eigen::VectorXd& v, WorldRep
 }
 
 /// What comes near in the motion from v to `to`.
-void World::look(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress,
-                 WorldReport& report) {
+void PartSolve::look(const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress,
+                     WorldReport& report) {
     const ScopedTimer timer(report.detect_us);
-    barrier().look(nodes_after(dt, v), nodes_after(dt, to), progress);
-    report.add(barrier().costs());
+    barrier_.look(world_.nodes_after(dt_, v), world_.nodes_after(dt_, to), progress);
+    report.add(barrier_.costs());
 }
 
 /// The share of the motion from v to `to` that is free of collisions.
-double World::propose(double dt, const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress,
-                      WorldReport& report) {
+double PartSolve::propose(const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress,
+                          WorldReport& report) {
     const ScopedTimer timer(report.detect_us);
-    const double share = barrier().move(nodes_after(dt, v), nodes_after(dt, to), progress);
-    report.add(barrier().costs());
+    const double share = barrier_.move(world_.nodes_after(dt_, v), world_.nodes_after(dt_, to), progress);
+    report.add(barrier_.costs());
     return share;
 }
 
 /// The largest of share, share / 2, share / 4 ... at which the potential of the step is no higher than at v,
 /// as far as rounding lets one tell. The way to `to` leads downwards: it lowers the quadratic model of the
 /// linearisation, whose matrix is positive definite.
-double World::search_line(const Eigen::VectorXd& v, const Eigen::VectorXd& to, double share) {
+double PartSolve::search_line(const Eigen::VectorXd& v, const Eigen::VectorXd& to, double share) {
     const auto potentials = [&](double s) {  // of the barrier, friction and each body
         const Eigen::VectorXd at_s = v + s * (to - v);
         // Of statics for the normal forces at v, as their solves have them.
-        std::vector<double> terms{barrier().energy(s),
-                                  solver_.friction_potential(at_s, config_.statics ? v : to),
-                                  solver_.bond_potential(at_s)};
-        for (int b = 0; b < body_count() && std::isfinite(terms.front()); ++b) {
-            const Loads outer = outer_end_loads(at(b));
-            const Nodes w = body_part(b, v), w_at_s = body_part(b, at_s);
-            terms.push_back(StepPotential(*at(b).elastic, at(b).start, step_, outer, systems_[b].elements())
+        std::vector<double> terms{barrier_.energy(s),
+                                  equations_.solver.friction_potential(at_s, world_.config.statics ? v : to),
+                                  equations_.solver.bond_potential(at_s)};
+        for (int b = 0; b < world_.body_count() && std::isfinite(terms.front()); ++b) {
+            const Loads outer = outer_end_loads(world_, world_.at(b));
+            const Nodes w = world_.part_of(b, v), w_at_s = world_.part_of(b, at_s);
+            terms.push_back(StepPotential(*world_.at(b).elastic, world_.at(b).start, world_.step, outer,
+                                          equations_.systems[b].elements())
                                 .value(w_at_s));
-            terms.push_back(excess_work(at(b), w, w_at_s));
-            if (!at(b).gases.empty()) terms.push_back(gas_energy(at(b), at(b).start.x + step_.dt * w_at_s));
-            if (!at(b).winds.empty()) terms.push_back(drag_energy(at(b), w_at_s));
+            terms.push_back(excess_work(world_, world_.at(b), w, w_at_s));
+            if (!world_.at(b).gases.empty())
+                terms.push_back(
+                    gas_energy(world_.at(b), world_.at(b).start.x + world_.step.dt * w_at_s, world_.end()));
+            if (!world_.at(b).winds.empty()) terms.push_back(drag_energy(world_, world_.at(b), w_at_s));
         }
         return terms;
     };
@@ -329,12 +336,32 @@ double World::search_line(const Eigen::VectorXd& v, const Eigen::VectorXd& to, d
 
 /// Why the end of a part must not be kept; empty: nothing intersects, nor has come too near for the next part
 /// since bounds missed it.
-std::string World::end_fault(double dt, const Eigen::VectorXd& v, WorldReport& report) {
+std::string PartSolve::end_fault(const Eigen::VectorXd& v, WorldReport& report) {
     const ScopedTimer timer(report.detect_us);
-    report.least_distance = barrier().least_distance();  // the contacts at v were found last
-    const std::vector<Intersection> found = barrier().intersections(nodes_after(dt, v));
-    if (!found.empty()) return intersection_text(found, barrier().surfaces());
-    return barrier().missed_too_near() ? "surfaces are too near for the next one" : "";
+    report.least_distance = barrier_.least_distance();  // the contacts at v were found last
+    const std::vector<Intersection> found = barrier_.intersections(world_.nodes_after(dt_, v));
+    if (!found.empty()) return intersection_text(found, barrier_.surfaces());
+    return barrier_.missed_too_near() ? "surfaces are too near for the next one" : "";
+}
+
+Rejection PartSolve::run(Eigen::VectorXd& v, WorldReport& report) {
+    for (;;) {
+        Rejection rejection = world_.config.statics ? balance(v, report) : solve(v, report);
+        if (turns_abruptly_ && world_.step.velocity_factor > 1) {
+            begin_backward_euler(world_, dt_);
+            tendons_.begin(world_.tendons.size());
+            continue;
+        }
+        if (rejection && (!part_.finest || rejection.is_final)) return rejection;
+        if (!rejection.fatal) {
+            const std::string fault = end_fault(v, report);
+            if (fault.empty()) return rejection;
+            rejection = {.reason = "the step would end where " + fault, .fatal = true};
+        }
+        if (!barrier_.can_miss()) return rejection;
+        ++report.exact_parts;
+        barrier_.be_exact(true);
+    }
 }
 
 }  // namespace nbd

@@ -1,0 +1,192 @@
+// What the solution of a part of a step does: the motion and momentum of bodies, and the reactions.
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "sim/fem/momentum.hpp"
+#include "sim/world/step_loads.hpp"
+#include "sim/world/time_rule.hpp"
+#include "sim/world/world.hpp"
+
+namespace nbd {
+namespace {
+
+/// Why the simulation has failed in this pose; empty: it has not.
+std::string pose_failure(int body, const ElementReport& elements, int count, const FailureLimits& limits) {
+    if (elements.non_finite > 0)
+        return fmt::format("body {}: {} tetrahedra are not finite, the first is {}", body,
+                           elements.non_finite, elements.first_non_finite);
+    if (elements.inverted > limits.inverted_share * count)
+        return fmt::format("body {}: {} of {} tetrahedra are inverted, the first is {}", body,
+                           elements.inverted, count, elements.first_inverted);
+    if (elements.stretch > limits.stretch)
+        return fmt::format("body {}: tetrahedron {} is stretched {:.1f} times, more than {}", body,
+                           elements.most_stretched, elements.stretch, limits.stretch);
+    return {};
+}
+
+/// Whether a motion that a jointed body is to get has no more energy than it and a fall in the step explain:
+/// where a motor or light links hold it, the impulses of joints are large, and what they leave is noise.
+bool is_fit(const WorldState& world, const RigidVector& motion, int index) {
+    constexpr double share = 2;
+    const SteppedBody& body = world.at(index);
+    const double energy = motion.dot(rigid_inertia(*body.elastic, body.state.x) * motion) / 2,
+                 fall = body.elastic->mass() * (world.gravity_before * world.step.dt).squaredNorm();
+    return energy <= share * (kinetic_energy(*body.elastic, body.state.v) +
+                              kinetic_energy(*body.elastic, body.before->v) + fall);
+}
+
+}  // namespace
+
+/// Moves the bodies by the solution v of the step and, if the step was solved to its tolerance, gives those
+/// that nothing holds the momentum that loads and contacts leave them and the solve has lost, as far as
+/// contacts let them have it. Impulses of the solver are `factor` times those that act, see StepSystem.
+/// Returns an empty text, or why the simulation has failed; the bodies then stay where they are.
+std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_solved, WorldReport& report) {
+    int inverted = 0;
+    std::vector<double> energies;
+    BodyPositions last{.x = state_.nodes_after(part.dt, v), .centres = {}};
+    const std::vector<Nodes>& ends = last.x;
+    last.centres = state_.centres_of(ends);
+    const auto [dt, factor] = state_.step;
+    BodyPositions middles;
+    for (int b = 0; b < state_.body_count(); ++b) {
+        const SteppedBody& body = state_.at(b);
+        middles.x.push_back(middle(state_, body));
+        middles.centres.push_back(centre_of_mass(*body.elastic, middles.x.back()));
+        const ElementReport elements = body.elastic->measure(ends[b]);
+        inverted += elements.inverted;
+        std::string failure = pose_failure(b, elements, body.elastic->element_count(), state_.config.limits);
+        if (!failure.empty()) return failure;
+        energies.push_back(elements.energy);
+    }
+    for (int b = 0; b < state_.body_count(); ++b) state_.at(b).energy = energies[b];
+    report.inverted_elements = inverted;
+    if (state_.config.statics) {
+        come_to_rest(part, v, last);
+        return {};
+    }
+    const Eigen::VectorXd impulses = equations_.solver.step_impulses(v);
+    const Eigen::VectorXd all = equations_.bonds.empty() ? impulses : equations_.solver.impulses(v);
+    const std::vector<Momentum> of_contacts = equations_.solver.momenta(v, middles, last);
+    std::vector<RigidVector> missing;  // impulses
+    std::vector<std::optional<RigidMatrix>> inertia;
+    for (int b = 0; b < state_.body_count(); ++b) {
+        SteppedBody& body = state_.at(b);
+        const std::size_t index = b;
+        Momentum momentum = end_momentum(state_, joint_forces_, b, ends[index], of_contacts[index]);
+        advance(state_, joint_forces_, equations_.systems[b], b, state_.part_of(b, v), impulses, all);
+        const Momentum solved = momentum_of(*body.elastic, body.state);
+        // Damping by mass takes its share of an impulse, too.
+        const double lasting = factor * (1 + dt * body.elastic->material().rayleigh_mass);
+        missing.emplace_back() << momentum.linear - solved.linear, momentum.angular - solved.angular;
+        missing.back() *= lasting;
+        inertia.emplace_back();
+        if (!state_.is_held(body))
+            inertia.back() = factor * lasting * rigid_inertia(*body.elastic, body.state.x);
+    }
+    std::vector<Eigen::Vector3d> more;  // impulses of the response
+    if (is_solved) {
+        // Where a step is long for contacts, momentum that is given without them would grow from step to
+        // step.
+        BodyPositions now{.x = state_.nodes_now(), .centres = {}};
+        now.centres = state_.centres_of(now.x);
+        ContactSolver::RigidResponse response = equations_.solver.response(v, missing, inertia, now);
+        more = std::move(response.of_each);
+        for (int b = 0; b < state_.body_count(); ++b)  // what holds a body lets it get no momentum of these
+            if (const Eigen::Index held = state_.at(b).holding.rows(); held > 0)
+                state_.at(b).holding.rowwise() -= state_.part_of(b, response.impulses).colwise().sum() /
+                                                  (factor * static_cast<double>(held));
+        std::vector<char> fits(state_.bodies.size(), 1);
+        for (int b = 0; b < state_.body_count(); ++b)
+            fits[b] = !state_.is_joined(b) || is_fit(state_, factor * response.motions[b], b);
+        const bool may_refuse = std::ranges::find(fits, 0) != fits.end();
+        std::vector<PairImpulse> touching;
+        if (may_refuse) touching = equations_.solver.pair_impulses(v, more, middles);
+        for (bool goes_on = may_refuse; goes_on;) {  // what bodies give to one another they all get, or none
+            goes_on = false;
+            const auto agree = [&](int a, int b) {
+                if (a < 0 || b < 0 || fits[a] == fits[b]) return;
+                fits[a] = fits[b] = 0;
+                goes_on = true;
+            };
+            for (const JointBonds& joint : state_.joints) agree(joint.joint().a, joint.joint().b);
+            for (const PairImpulse& pair : touching) agree(pair.body, pair.other);
+        }
+        for (int b = 0; b < state_.body_count(); ++b)
+            if (fits[b]) add_motion(*state_.at(b).elastic, factor * response.motions[b], state_.at(b).state);
+    } else {
+        // What did not balance the motion is no force of the body.
+        for (SteppedBody& body : state_.bodies) body.inner_forces.resize(0, 3);
+    }
+    for (int b = 0; b < state_.body_count(); ++b) {
+        add_holding_reactions(part, b, middles.x[b]);
+        add_wind_reactions(state_, part.share, b, state_.part_of(b, v), middles.x[b], reactions_);
+    }
+    add_contact_reactions(part, equations_.solver.pair_impulses(v, more, middles));
+    joint_forces_.add_reactions(state_, equations_, part.share / part.dt, v, more, middles, last, reactions_);
+    joint_forces_.go_on();
+    const Eigen::VectorXd of_contact = equations_.solver.contact_impulses(v, more);
+    for (int b = 0; b < state_.body_count(); ++b)
+        state_.at(b).contact_forces += part.share / (factor * dt) * state_.part_of(b, of_contact);
+    return {};
+}
+
+/// Ends an increment in the balance that v leads to, with the reactions there. ends: where v leads.
+void World::come_to_rest(const StepPart& part, const Eigen::VectorXd& v, const BodyPositions& ends) {
+    const StepPart whole{.dt = part.dt, .end = part.end, .share = 1};
+    const Eigen::VectorXd impulses = equations_.solver.impulses(v),
+                          of_contact = equations_.solver.contact_impulses(v, {});
+    reactions_.clear();
+    for (int b = 0; b < state_.body_count(); ++b) {
+        SteppedBody& body = state_.at(b);
+        const Nodes w = state_.part_of(b, v);
+        body.start.v = w;  // no mass resists what is balanced
+        body.before = PastStep{.v = {}, .inner_forces = {}, .held = state_.prescribed(body, part.dt).nodes};
+        body.holding = holding_impulses(state_, equations_.systems[b], b, w, impulses);
+        add_holding_reactions(whole, b, ends.x[b]);
+        add_wind_reactions(state_, whole.share, b, w, ends.x[b], reactions_);
+        body.before.reset();
+        body.contact_forces = state_.part_of(b, of_contact) / part.dt;
+        body.state.x = ends.x[b];  // in place: arrays keep their place in memory
+        body.state.v.setZero();
+    }
+    add_contact_reactions(whole, equations_.solver.pair_impulses(v, {}, ends));
+    joint_forces_.add_reactions(state_, equations_, whole.share / whole.dt, v, {}, ends, ends, reactions_);
+}
+
+/// Adds what held the nodes of a body in a part. x: where it acts, [N, 3].
+void World::add_holding_reactions(const StepPart& part, int index, const Nodes& x) {
+    const SteppedBody& body = state_.at(index);
+    std::vector<int> grip_of(x.rows(), -1);  // -1: driven
+    for (std::size_t g = 0; g < body.grips.size(); ++g)
+        if (body.grips[g].holds(state_.time))
+            for (const int node : body.grips[g].nodes) grip_of[node] = g;
+    const double rate = part.share / part.dt;
+    for (std::size_t k = 0; k < body.before->held.size(); ++k) {
+        const int node = body.before->held[k], grip = grip_of[node];
+        const Eigen::Vector3d force = rate * body.holding.row(k), arm = x.row(node);
+        MeanPlace place;
+        place.add(arm, force.norm());
+        reactions_.add(index, grip < 0 ? ReactionBy::driven : ReactionBy::grip, std::max(grip, 0), force,
+                       arm.cross(force), place);
+    }
+}
+
+/// Adds what contacts did between bodies, and between bodies and obstacles, in a part.
+void World::add_contact_reactions(const StepPart& part, std::span<const PairImpulse> pairs) {
+    const double rate = part.share / (state_.step.velocity_factor * part.dt);
+    for (const PairImpulse& pair : pairs) {
+        MeanPlace place;
+        place.add(pair.place, rate);
+        const bool by_obstacle = pair.other < 0;
+        reactions_.add(pair.body, by_obstacle ? ReactionBy::obstacle : ReactionBy::body,
+                       by_obstacle ? party_of_obstacle(pair.other) : pair.other, rate * pair.linear,
+                       rate * pair.angular, place);
+    }
+}
+
+}  // namespace nbd

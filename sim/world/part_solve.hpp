@@ -1,0 +1,122 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sim/barrier/barrier.hpp"
+#include "sim/contact/friction_memory.hpp"
+#include "sim/world/gases.hpp"
+#include "sim/world/step_equations.hpp"
+#include "sim/world/tendon_solve.hpp"
+#include "sim/world/world_report.hpp"
+#include "sim/world/world_state.hpp"
+
+namespace nbd {
+
+/// One of the equal parts of a step.
+struct StepPart {
+    double dt = 0, end = 0;  // length and world time at the end, seconds
+    double share = 0;        // of the whole step
+    bool finest = false;     // may not be cut: its result is kept unless the rejection is fatal
+};
+/// Why a part was rejected. The result of a non-fatal rejection may still be kept.
+struct Rejection {
+    std::string reason{};  // empty: not rejected
+    bool fatal = false;
+    bool is_final = false;                    // smaller parts would not help
+    StepTrouble trouble = StepTrouble::none;  // if it is kept
+    explicit operator bool() const noexcept { return !reason.empty(); }
+};
+
+/// Finds the motion of a part of a step, of bodies that a barrier keeps apart: by one linearisation and as
+/// many more as contacts need, by Newton's iteration, or as the balance of a static increment.
+class PartSolve {
+ public:
+    /// All but `part` must outlive it.
+    PartSolve(const StepPart& part, WorldState& world, StepEquations& equations, Barrier& barrier,
+              TendonSolve& tendons, const FrictionMemory& friction)
+        : part_(part),
+          dt_(part.dt),
+          world_(world),
+          equations_(equations),
+          barrier_(barrier),
+          tendons_(tendons),
+          friction_(friction) {}
+
+    /// Solves the part so that it ends where the next can begin, anew with exact bounds where others fail. v:
+    /// out, the velocities at its end; in statics the way of the increment over its length.
+    Rejection run(Eigen::VectorXd& v, WorldReport& report);
+
+ private:
+    // part_solve.cpp
+    double slip_length() const noexcept;
+    Eigen::VectorXd leads() const;
+    bool held_nodes_move(const std::vector<PrescribedNodes>& given) const;
+    std::vector<Contact> contacts_at(const Eigen::VectorXd& v, double share, double progress,
+                                     std::span<const ContactShape* const> shapes);
+    double contact_error(const Eigen::VectorXd& v, std::span<const ContactShape* const> shapes);
+    double trusted_share(const Eigen::VectorXd& v, const Eigen::VectorXd& to) const;
+    double strain_of_turns(const Eigen::VectorXd& v) const;
+    double share_of_turns(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const;
+    Rejection solve(Eigen::VectorXd& v, WorldReport& report);
+    void look(const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress, WorldReport& report);
+    double propose(const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress, WorldReport& report);
+    double search_line(const Eigen::VectorXd& v, const Eigen::VectorXd& to, double share);
+    std::string end_fault(const Eigen::VectorXd& v, WorldReport& report);
+
+    // part_equations.cpp
+    Eigen::VectorXd stacked(Nodes (*velocities)(const WorldState&, const SteppedBody&),
+                            const std::vector<PrescribedNodes>& given) const;
+    void find_bonds(const Eigen::VectorXd& v);
+    void build_systems(const std::vector<PrescribedNodes>& given, const Eigen::VectorXd* iterate,
+                       Tangent tangent);
+    double residual(const Eigen::VectorXd& v);
+
+    // balance.cpp
+    /// What is out of balance at an iterate of an increment, over a body's free nodes.
+    struct Imbalance {
+        double off = 0, rounding = 0;  // sums of forces and of what rounding leaves of them, newtons
+        double scale = 0;              // see StaticConfig::tolerance, newtons
+        double net = 0;                // of the force and the torque over the body's size as a whole, newtons
+
+        double share() const noexcept { return off > 0 ? off / scale : 0; }
+        /// Whether it is at most `tolerance`, or what rounding leaves.
+        bool is_balanced(double tolerance) const noexcept {
+            return off <= std::max(tolerance * scale, rounding);
+        }
+    };
+    /// How careful the next linearisation of an increment is.
+    struct Caution {
+        // Factors of what keeps bodies in place, of that by their way and of that by their stiffness, and of
+        // what solves may leave.
+        double way_hold = 1, stiffness_hold = 1, precision = 1;
+        // The imbalance below which tangents are exact: those of a body that has to go far need not be
+        // positive definite.
+        double exact_below = std::numeric_limits<double>::infinity();
+        static constexpr double exact_again = 0.1;  // of the imbalance at which they led astray
+
+        bool takes_more_hold(bool was_exact, double imbalance) noexcept;
+        bool solves_better() noexcept;
+        bool goes_on(bool was_exact, double imbalance, bool went_far) noexcept;
+    };
+    std::vector<Imbalance> imbalances(const Eigen::VectorXd& v, const std::vector<PrescribedNodes>& given,
+                                      bool is_assembled);
+    void regularise(const Eigen::VectorXd& v, std::span<const Imbalance> imbalances, const Caution& caution);
+    double room_of(int body) const;
+    Rejection balance(Eigen::VectorXd& v, WorldReport& report);
+
+    StepPart part_;
+    double dt_;
+    WorldState& world_;
+    StepEquations& equations_;
+    Barrier& barrier_;
+    TendonSolve& tendons_;
+    const FrictionMemory& friction_;
+    GasSolve gases_;
+    bool turns_abruptly_ = false;  // a rigid body, otherwise than foreseen, in a world with joints
+};
+
+}  // namespace nbd

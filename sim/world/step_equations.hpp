@@ -1,0 +1,18 @@
+#pragma once
+
+#include <vector>
+
+#include "sim/contact/contact_solver.hpp"
+#include "sim/fem/step_system.hpp"
+
+namespace nbd {
+
+/// The equations of a part of a step, and what solves them.
+struct StepEquations {
+    std::vector<StepSystem> systems{};  // of each body
+    std::vector<Contact> contacts{};
+    std::vector<Bond> bonds{};
+    ContactSolver solver;
+};
+
+}  // namespace nbd
