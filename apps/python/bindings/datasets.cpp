@@ -18,6 +18,7 @@
 #include "apps/dataset/variety.hpp"
 #include "apps/python/bindings/arrays.hpp"
 #include "apps/python/bindings/bindings.hpp"
+#include "apps/python/bindings/json_text.hpp"
 #include "apps/python/bindings/make_dataset.hpp"
 #include "apps/python/bindings/typed.hpp"
 #include "collision/base/notice.hpp"
@@ -39,9 +40,7 @@ void check_count(const char* name, int count, int most) {
 RecipeRanges ranges_from(py::handle recipe, std::optional<double> strength) {
     RecipeRanges ranges;
     if (py::hasattr(recipe, "keys")) {
-        const py::object text =
-            py::module_::import("json").attr("dumps")(py::dict(py::reinterpret_borrow<py::object>(recipe)));
-        ranges = parse_recipe_ranges(text.cast<std::string>());
+        ranges = parse_recipe_ranges(json_text(recipe));
     } else if (!recipe.is_none()) {
         ranges = load_recipe_ranges(path_from(recipe, "recipe"));
     }

@@ -12,6 +12,7 @@
 #include "apps/dataset/scene_trajectories.hpp"
 #include "apps/python/bindings/arrays.hpp"
 #include "apps/python/bindings/bindings.hpp"
+#include "apps/python/bindings/json_text.hpp"
 #include "apps/python/bindings/make_dataset.hpp"
 #include "apps/python/bindings/typed.hpp"
 #include "collision/base/file_text.hpp"
@@ -27,11 +28,9 @@ using SceneArgument = Typed<"Union[Path, Mapping[str, Any]]">;
 /// None: the current one.
 SceneTemplate template_from(py::handle scene, py::handle folder) {
     if (!py::hasattr(scene, "keys")) return load_template(path_from(scene, "scene"));
-    const py::object text =
-        py::module_::import("json").attr("dumps")(py::dict(py::reinterpret_borrow<py::object>(scene)));
     const path base = folder.is_none() ? std::filesystem::current_path() : path_from(folder, "folder");
     std::vector<std::string> problems;
-    SceneTemplate result(text.cast<std::string>(), base, problems);
+    SceneTemplate result(json_text(scene), base, problems);
     if (!problems.empty()) throw std::invalid_argument(problems.front());
     return result;
 }

@@ -14,6 +14,7 @@
 #include "apps/cli/output.hpp"
 #include "apps/python/bindings/arrays.hpp"
 #include "apps/python/bindings/bindings.hpp"
+#include "apps/python/bindings/json_text.hpp"
 #include "apps/python/bindings/long_call.hpp"
 #include "apps/python/bindings/typed.hpp"
 #include "apps/python/bindings/world_object.hpp"
@@ -86,9 +87,8 @@ GivenScene scene_from(py::handle scene, py::handle folder) {
         }
         top["bodies"] = bodies;
     }
-    const std::string text = py::module_::import("json").attr("dumps")(top).cast<std::string>();
-    given.spec =
-        parse_scene(text, folder.is_none() ? std::filesystem::current_path() : path_from(folder, "folder"));
+    given.spec = parse_scene(
+        json_text(top), folder.is_none() ? std::filesystem::current_path() : path_from(folder, "folder"));
     given.bodies.resize(given.spec.bodies.size());
     return given;
 }
