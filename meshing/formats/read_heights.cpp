@@ -168,6 +168,21 @@ Eigen::MatrixXd read_pgm(const std::filesystem::path& path) {
                      static_cast<int>(largest));
 }
 
+/// What parts the numbers of a table: a semicolon or a comma where it has one, else a space for any white
+/// space. Of both the semicolon: commas are decimal ones then. Comments begin with #.
+char separator_of(std::string_view table) {
+    char separator = ' ';
+    bool is_comment = false;
+    for (const char c : table) {
+        if (c == '\n') is_comment = false;
+        if (c == '#') is_comment = true;
+        if (is_comment) continue;
+        if (c == ';') return c;
+        if (c == ',') separator = c;
+    }
+    return separator;
+}
+
 }  // namespace
 
 bool is_grey_image(const std::filesystem::path& path) {
@@ -187,19 +202,27 @@ Eigen::MatrixXd read_number_table(const std::filesystem::path& path) {
     const auto refuse = [&](const std::string& what) {
         throw std::runtime_error(fmt::format("{}, line {}: {}", path.string(), line_number, what));
     };
+    const char separator = separator_of(file.bytes());
+    constexpr std::string_view white = " \t\r";
+    const auto next_word = [&](std::string_view& line) {
+        const std::size_t end = separator == ' ' ? line.find_first_of(white) : line.find_first_of(separator);
+        std::string_view word = line.substr(0, end);
+        line.remove_prefix(std::min(line.size(), word.size() + (separator == ' ' ? 0 : 1)));
+        word.remove_prefix(std::min(word.size(), word.find_first_not_of(white)));
+        return word.substr(0, word.find_last_not_of(white) + 1);
+    };
     int rows = 0;
     for (std::string_view left = file.bytes(); !left.empty();) {
         ++line_number;
         std::string_view line = left.substr(0, left.find('\n'));
         left.remove_prefix(std::min(left.size(), line.size() + 1));
         line = line.substr(0, line.find('#'));
+        line = line.substr(0, line.find_last_not_of(white) + 1);
         std::size_t here = 0;
-        constexpr std::string_view between = ",; \t\r";
         for (;;) {
-            line.remove_prefix(std::min(line.size(), line.find_first_not_of(between)));
+            line.remove_prefix(std::min(line.size(), line.find_first_not_of(white)));
             if (line.empty()) break;
-            const std::string_view word = line.substr(0, line.find_first_of(between));
-            line.remove_prefix(word.size());
+            const std::string_view word = next_word(line);
             const std::optional<double> number = number_in<double>(word);
             if (!number || !std::isfinite(*number))
                 refuse(fmt::format("\"{}\" is no finite number", printable(word)));

@@ -251,7 +251,8 @@ class InpReader {
         } else if (const auto other = find_set(sets, cell); other != sets.end()) {
             rows = other->rows;
         } else {
-            in_.fail(fmt::format("'{}' is neither a {} nor a set of them", printable(cell), kind));
+            in_.fail(fmt::format("'{}' is neither {} nor a set of them", printable(cell),
+                                 is_of_nodes_ ? "a node" : "an element"));
         }
         rows_->insert(rows_->end(), rows.begin(), rows.end());
     }
@@ -261,7 +262,19 @@ class InpReader {
         const std::int64_t first = whole(cells[0], "number"), last = whole(cells[1], "number"),
                            step = cells.size() > 2 ? whole(cells[2], "number") : 1;
         if (step < 1) in_.fail(fmt::format("the step of GENERATE is {}; allowed: at least 1", step));
-        for (const auto& [number, row] : is_of_nodes_ ? row_of_node_ : place_of_element_)
+        if (first < 0 || last < first)
+            in_.fail(
+                fmt::format("GENERATE goes from {} to {}; allowed: upwards from 0 or more", first, last));
+        const auto& numbers = is_of_nodes_ ? row_of_node_ : place_of_element_;
+        if ((last - first) / step < std::ssize(numbers)) {
+            for (std::int64_t number = first; number <= last; number += step) {
+                if (const auto found = numbers.find(number); found != numbers.end())
+                    rows_->push_back(found->second);
+                if (number > last - step) break;
+            }
+            return;
+        }
+        for (const auto& [number, row] : numbers)
             if (number >= first && number <= last && (number - first) % step == 0) rows_->push_back(row);
     }
 

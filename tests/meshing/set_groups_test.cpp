@@ -182,6 +182,8 @@ TEST_F(SetGroups, OfCalculixAreRefusedWhereTheyAreWrong) {
     EXPECT_THAT(wrong("*ELSET, ELSET=a\n5\n"), HasSubstr("element 5 is not in the file"));
     EXPECT_THAT(wrong("*NSET, NSET=a\nb\n"), HasSubstr("'b' is neither a node nor a set of them"));
     EXPECT_THAT(wrong("*NSET\n10\n"), HasSubstr("*NSET has no NSET="));
+    EXPECT_THAT(wrong("*NSET, NSET=a, GENERATE\n-9223372036854775808, 5, 7\n"),
+                HasSubstr("GENERATE goes from -9223372036854775808 to 5; allowed: upwards from 0 or more"));
     EXPECT_THAT(wrong("*NSET, NSET=a, GENERATE\n1, 9, 0\n"),
                 HasSubstr("the step of GENERATE is 0; allowed: at least 1"));
     EXPECT_THAT(wrong("*SURFACE, NAME=a\n1, S5\n"),

@@ -114,19 +114,22 @@ TEST_F(HeightFiles, OfAnImageAreHeightsBetweenBlackAndWhite) {
 
 TEST_F(HeightFiles, OfATableAreThoseOfTheSameRowsInTheScene) {
     const std::string rows = "[[0, 1, 0.5], [-2, 2e-1, 3]]";
-    write("hills.csv", "# metres\n0, 1, 0.5\n\n-2;2e-1\t+3  # the last row\r\n");
     const auto mesh_of = [&](const std::string& heights) {
         const SceneSpec spec =
             parse_scene(with("", R"("obstacles": [{"heights": {)" + heights + "}}]"), folder);
         const Obstacle obstacle = make_obstacle(spec.obstacles[0]);
         return std::get<std::shared_ptr<const StaticSurface>>(obstacle.shape)->mesh();
     };
-    for (const std::string place : {R"("spacing": 0.5)", R"("size": [4, 1])"}) {
-        const TriMesh of_file = mesh_of(place + R"(, "file": "hills.csv")"),
-                      of_scene = mesh_of(place + R"(, "table": )" + rows);
-        EXPECT_EQ(of_file.X, of_scene.X);
-        EXPECT_EQ(of_file.F, of_scene.F);
-    }
+    for (const char* separator : {", ", ";", "\t", "  "})
+        for (const std::string place : {R"("spacing": 0.5)", R"("size": [4, 1])"}) {
+            write(
+                "hills.csv",
+                fmt::format("# metres; x, y\n0{0}1{0}0.5\n\n-2{0}2e-1{0}+3  # the last row\r\n", separator));
+            const TriMesh of_file = mesh_of(place + R"(, "file": "hills.csv")"),
+                          of_scene = mesh_of(place + R"(, "table": )" + rows);
+            EXPECT_EQ(of_file.X, of_scene.X);
+            EXPECT_EQ(of_file.F, of_scene.F);
+        }
     EXPECT_EQ(mesh_of(R"("size": [4, 1], "table": )" + rows).X.row(5), Eigen::RowVector3d(4, 1, 3));
 }
 
@@ -168,6 +171,8 @@ TEST_F(HeightFiles, ThatCannotBeReadAreRefusedInOneLine) {
     EXPECT_EQ(refusal(write("b.csv", "1, 2\n3\n")), ", line 2: has 1 numbers, but the row before has 2");
     EXPECT_EQ(refusal(write("c.csv", "1 2\n")), ": has 1 rows of 2 numbers; allowed: at least 2 of 2");
     EXPECT_EQ(refusal(write("d.csv", "1 inf\n2 3")), ", line 1: \"inf\" is no finite number");
+    EXPECT_EQ(refusal(write("f.csv", "0,5;1\n2;3")), ", line 1: \"0,5\" is no finite number");
+    EXPECT_EQ(refusal(write("g.csv", "1,,2\n3,4,5")), ", line 1: \"\" is no finite number");
     EXPECT_EQ(refusal(write("e.csv", "")), ": has 0 rows of 0 numbers; allowed: at least 2 of 2");
 }
 
