@@ -159,7 +159,12 @@ class Barrier {
     BarrierLaw law(const NearSmooth& near) const;
     Contact contact(const NearFeatures& near, double share) const;
     Contact contact(const NearSmooth& near, double share) const;
-    std::optional<double> own_friction(const SurfacePoint& point, double usual) const;
+    /// Coefficients of friction of vertices, weighted, and the weight of those that have one.
+    struct OwnFriction {
+        double sum = 0, share = 0;
+        double beside(double other) const noexcept { return share > 0 ? sum + (1 - share) * other : other; }
+    };
+    OwnFriction own_friction(const SurfacePoint& point) const;
     double friction(const Contact& contact, double usual) const;
     double weight(const NearFeatures& near, double share) const;
     Eigen::Vector3d motion(const SurfacePoint& point) const;

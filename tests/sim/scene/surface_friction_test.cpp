@@ -116,14 +116,14 @@ TEST(SurfaceFriction, OfARuleForThePairComesFirst) {
 }
 
 TEST(SurfaceFriction, OfTwoSurfacesTheSmallerHolds) {
-    const auto slides = [](const std::string& lower, const std::string& upper) {
+    const auto slides = [](const std::string& lower, const std::string& upper, double usual = 1) {
         const std::string text = fmt::format(
             R"({{"bodies": [{{"body": "a.h5", "name": "lower", "friction": [{{"coefficient": {}}}],
                               "pins": [{{"box": {{"min": [-9, -9, -9], "max": [9, 9, 9]}}}}]}},
                             {{"body": "b.h5", "transform": {{"translate": [0, 0, 0.0201]}}, {}}}],
-                "gravity": [2.943, 0, -9.81], "contact": {{"friction": 1}},
+                "gravity": [2.943, 0, -9.81], "contact": {{"friction": {}}},
                 "solver": {{"integrator": "backward_euler"}}}})",
-            lower, upper);
+            lower, upper, usual);
         const std::vector<LoadedBody> loaded{flat_block(), flat_block()};
         World world = build_world(parse_scene(text, ""), loaded);
         const double start = world.state(1).x.col(0).mean();
@@ -135,6 +135,10 @@ TEST(SurfaceFriction, OfTwoSurfacesTheSmallerHolds) {
     EXPECT_FALSE(slides("0.5", R"("friction": [{"coefficient": 0.4}])"));
     EXPECT_TRUE(slides("0.2", R"("name": "plain")"));
     EXPECT_FALSE(slides("0.4", R"("name": "plain")"));
+    // About a part with its own, and beyond it, the other surface's counts, not the usual one.
+    const std::string rows = R"("friction": [{"region": )" + two_rows + R"(, "coefficient": 0.35}])";
+    EXPECT_FALSE(slides("0.35", rows, 0.05));
+    EXPECT_TRUE(slides("0.25", rows, 0.05));
 }
 
 TEST(SurfaceFriction, OfTwoRegionsForAVertexTheLaterHolds) {
