@@ -13,7 +13,7 @@ Version: {version}
 Summary: Deformable solids with learned collision culling
 License: GPL-3.0-or-later
 Requires-Python: >=3.11
-Requires-Dist: numpy
+Requires-Dist: numpy>=1.23
 Description-Content-Type: text/markdown
 
 {text}"""

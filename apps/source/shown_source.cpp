@@ -238,12 +238,13 @@ namespace {
 /// What acts on the bodies in the last step of each frame that is shown, from the recording of a scene.
 std::vector<std::vector<ViewReaction>> shown_reactions(const ShownRecording& shown) {
     const std::vector<RecordedReaction> rows = shown.recording->reactions();
+    const std::vector<double> times = shown.recording->times(shown.first);
     std::vector<std::vector<ViewReaction>> frames;
     for (const int number : shown.scene.numbers) {
         std::vector<ViewReaction>& frame = frames.emplace_back();
         const auto of_frame = std::ranges::equal_range(rows, number, {}, &RecordedReaction::frame);
         for (const RecordedReaction& row : of_frame)
-            if (row.time == of_frame.back().time && !row.is_of_cavity())
+            if (row.time == times[number] && !row.is_of_cavity())
                 frame.push_back(view_reaction(row.body - shown.first, row.force, row.torque, row.point,
                                               shown.recording->origin()));
     }
