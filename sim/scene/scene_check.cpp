@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <stdexcept>
 #include <utility>
@@ -68,6 +69,26 @@ std::string small_ball_warning(const SceneSpec& spec, std::span<const LoadedBody
         gap);
 }
 
+/// A line about the largest stress of muscles and pressures that may be too much for long steps; empty: none.
+std::string load_hint(const SceneBody& spec, const BodyMaterials& materials) {
+    constexpr double most = 0.1;  // of Young's modulus
+    double young = materials.material.young, largest = 0;
+    for (const MaterialRegion& region : materials.regions) young = std::min(young, region.material.young);
+    std::string key;
+    for (const SceneLoad& load : spec.loads) {
+        double factor = load.load.factor.empty() ? 1 : 0;
+        for (const double value : load.load.factor.values) factor = std::max(factor, std::abs(value));
+        const double stress = factor * std::max(load.load.tension, std::abs(load.load.pressure));
+        if (stress > largest) key = load.key;
+        largest = std::max(largest, stress);
+    }
+    if (!(largest > most * young)) return "";
+    return fmt::format(
+        "{} has up to {:.3g} Pa, more than a tenth of Young's modulus, {:.3g} Pa: long steps may go wrong and take "
+        "long; short ones, or `newton_iterations`, help",
+        key, largest, young);
+}
+
 }  // namespace
 
 std::vector<std::string> scene_body_warnings(const SceneSpec& spec, std::span<const LoadedBody> bodies) {
@@ -88,6 +109,7 @@ std::vector<std::string> scene_body_warnings(const SceneSpec& spec, std::span<co
         try {
             const BodyMaterials materials = scene_materials(spec.bodies[b], bodies[b]);
             add(b, locking_hint(body.tets, materials.material, materials.regions));
+            if (!is_rigid(body.tets)) add(b, load_hint(spec.bodies[b], materials));
         } catch (const std::invalid_argument&) {  // a problem of its own
         }
     }
