@@ -6,6 +6,7 @@
 #include <map>
 #include <tuple>
 
+#include "collision/base/stop.hpp"
 #include "sim/contact/pair_rules.hpp"
 
 namespace nbd {
@@ -237,6 +238,7 @@ ContactSolveReport ContactSolver::solve(std::span<const StepSystem> systems, Eig
     bool went_back = false;   // whether v is not where the last pass led
     Eigen::VectorXd begin;
     for (; report.passes < most_passes; ++report.passes) {
+        stop_if_asked();
         begin = v;
         const LinearSolveReport solved = is_measured ? linear_.solve(system, rhs_, goals, v)
                                                      : linear_.solve_roughly(system, rhs_, change_, goals, v);

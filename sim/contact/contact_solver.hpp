@@ -128,6 +128,9 @@ class ContactSolver {
     RigidResponse response(const Eigen::VectorXd& v, std::span<const RigidVector> impulses,
                            std::span<const std::optional<RigidMatrix>> inertia,
                            const BodyPositions& at) const;
+    /// Takes out of a response what bodies do not take: their motions, and impulses of all that touches or
+    /// joins them. takes: [bodies].
+    void refuse(RigidResponse& response, std::span<const char> takes) const;
 
     /// The impulses at v and those of a response, by bodies and obstacles that touch, in a fixed order;
     /// without those within a body. of_each: see RigidResponse; may be empty. at: positions at which they

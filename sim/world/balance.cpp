@@ -166,8 +166,8 @@ double PartSolve::room_of(int body) const {
             room =
                 std::max(room, (centre_of_mass(*world_.at(b).elastic, world_.at(b).state.x) - centre).norm());
     for (const Obstacle& obstacle : world_.obstacles)
-        if (const auto to =
-                signed_distance(obstacle, centre, world_.time, std::numeric_limits<double>::infinity()))
+        if (const auto to = signed_distance(as_at(obstacle, world_.time), centre, world_.time,
+                                            std::numeric_limits<double>::infinity()))
             room = std::max(room, std::abs(to->distance));
     for (const JointBonds& joint : world_.joints)
         if (joint.joint().a == body || joint.joint().b == body)
@@ -212,15 +212,13 @@ Rejection PartSolve::balance(Eigen::VectorXd& v, WorldReport& report) {
         for (std::size_t b = 0; b < now.size(); ++b) now[b].scale = std::max(now[b].scale, begun[b]);
         const double tolerance = world_.config.statics->tolerance;
         const std::size_t worst =
-            std::ranges::max_element(
-                now, {},
-                [&](const Imbalance& of) { return std::pair(!of.is_balanced(tolerance), of.share()); }) -
+            std::ranges::max_element(now, {}, [&](const Imbalance& of) { return of.share(tolerance); }) -
             now.begin();
-        report.imbalance = now[worst].share();
+        report.imbalance = now[worst].share(tolerance);
         left = fmt::format("{} is out of balance by {:.2g} of the forces on it", world_.bodies[worst].name,
                            report.imbalance);
         if (now[worst].net > least_net * now[worst].scale) left += ", and maybe nothing holds it";
-        if (k > 0 && given_ways.are_gone() && now[worst].is_balanced(tolerance)) {
+        if (k > 0 && given_ways.are_gone() && report.imbalance <= tolerance) {
             report.contacts_settled = report.solver_converged = true;
             return {};
         }

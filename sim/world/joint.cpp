@@ -332,13 +332,16 @@ double JointBonds::reach_from(const Eigen::Vector3d& point) const {
     return away(std::get<BallJoint>(joint_.kind).point);
 }
 
+Eigen::Vector3d JointBonds::span(std::span<const Nodes> x) const {
+    return position(on_a_[0], x) - (joint_.b < 0 ? in_world_[0] : position(on_b_[0], x));
+}
+
 double JointBonds::value(std::span<const Nodes> x) const {
     if (std::holds_alternative<SliderJoint>(joint_.kind)) {
         const Eigen::Vector3d way = position(on_a_[0], x) - in_frame({0, 0, 0}, x).position;
         return directions(x)[0].dot(way);
     }
-    if (std::holds_alternative<CordJoint>(joint_.kind))
-        return (position(on_a_[0], x) - (joint_.b < 0 ? in_world_[0] : position(on_b_[0], x))).norm();
+    if (std::holds_alternative<CordJoint>(joint_.kind)) return span(x).norm();
     if (!std::holds_alternative<HingeJoint>(joint_.kind)) return 0;
     const std::array<Eigen::Vector3d, 3> e = directions(x);
     const Eigen::Vector3d arm = position(on_a_[2], x) - position(on_a_[0], x);

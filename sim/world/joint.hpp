@@ -119,6 +119,9 @@ class JointBonds {
     /// Of a cord that does not stretch, N/m, in steps of length dt.
     double firmness(double dt) const;
 
+    /// From the end of a cord to its begin at x, metres.
+    Eigen::Vector3d span(std::span<const Nodes> x) const;
+
     /// The angle of a hinge, the way of a slider or the length of a cord at x; 0 of others.
     double value(std::span<const Nodes> x) const;
 

@@ -4,6 +4,8 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
+#include <variant>
 
 #include "collision/base/notice.hpp"
 
@@ -55,6 +57,41 @@ std::string joint_fault(const WorldState& world, std::span<const Bond> bonds, co
                 joint.joint().name, gives, joint.most_give());
     }
     return {};
+}
+
+bool ropes_catch(const WorldState& world, const std::vector<char>& pulls, const Eigen::VectorXd& v) {
+    struct Rope {
+        double now = 0, mean = 0,
+               ends = 0;  // rates of its length, and of its ends' distance as a vector, m/s
+        bool pulls = false;
+    };
+    const double dt = world.step.dt;
+    const std::vector<Nodes> x = world.nodes_now(), after = world.nodes_after(dt, v);
+    std::vector<Nodes> rates;
+    for (const SteppedBody& body : world.bodies) rates.push_back(body.state.x + dt * body.state.v);
+    std::vector<Rope> tendons(world.tendons.size()), ropes;
+    for (std::size_t j = 0; j < world.joints.size(); ++j) {
+        const auto* cord = std::get_if<CordJoint>(&world.joints[j].joint().kind);
+        if (!cord || world.broken[j]) continue;
+        const int tendon = world.tendon_of(static_cast<int>(j));
+        if (tendon < 0 ? !cord->pulls_only || cord->stiffness > 0 : world.tendons[tendon].stiffness > 0)
+            continue;
+        const Eigen::Vector3d span = world.joints[j].span(x),
+                              rate = (world.joints[j].span(rates) - span) / dt;
+        Rope& rope = tendon < 0 ? ropes.emplace_back() : tendons[tendon];
+        rope.now += rate.dot(span.normalized());
+        rope.mean += (world.joints[j].span(after).norm() - span.norm()) / dt;
+        rope.ends += rate.norm();
+        rope.pulls = rope.pulls || pulls[j];
+    }
+    ropes.insert(ropes.end(), tendons.begin(), tendons.end());
+    constexpr double share = 0.1, of_fall = 1e-3, of_size = 1e-9;
+    const double least = std::max(of_fall * world.gravity_at(world.time).norm() * dt,
+                                  of_size * world.smallest_diagonal() / dt);
+    return std::ranges::any_of(ropes, [&](const Rope& rope) {
+        const double off = std::abs(rope.mean - rope.now);
+        return rope.pulls && off > least && off > share * std::max(std::abs(rope.mean), rope.ends);
+    });
 }
 
 std::vector<Nodes> JointForces::measure(const WorldState& world, double dt) {

@@ -95,29 +95,34 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
         BodyPositions now{.x = state_.nodes_now(), .centres = {}};
         now.centres = state_.centres_of(now.x);
         ContactSolver::RigidResponse response = equations_.solver.response(v, missing, inertia, now);
-        more = std::move(response.of_each);
-        for (int b = 0; b < state_.body_count(); ++b)  // what holds a body lets it get no momentum of these
-            if (const Eigen::Index held = state_.at(b).holding.rows(); held > 0)
-                state_.at(b).holding.rowwise() -= state_.part_of(b, response.impulses).colwise().sum() /
-                                                  (factor * static_cast<double>(held));
         std::vector<char> fits(state_.bodies.size(), 1);
         for (int b = 0; b < state_.body_count(); ++b)
             fits[b] = !state_.is_joined(b) || is_fit(state_, factor * response.motions[b], b);
-        const bool may_refuse = std::ranges::find(fits, 0) != fits.end();
-        std::vector<PairImpulse> touching;
-        if (may_refuse) touching = equations_.solver.pair_impulses(v, more, middles);
-        for (bool goes_on = may_refuse; goes_on;) {  // what bodies give to one another they all get, or none
-            goes_on = false;
-            const auto agree = [&](int a, int b) {
-                if (a < 0 || b < 0 || fits[a] == fits[b]) return;
-                fits[a] = fits[b] = 0;
-                goes_on = true;
-            };
-            for (const JointBonds& joint : state_.joints) agree(joint.joint().a, joint.joint().b);
-            for (const PairImpulse& pair : touching) agree(pair.body, pair.other);
+        if (std::ranges::find(fits, 0) != fits.end()) {
+            const std::vector<PairImpulse> touching =
+                equations_.solver.pair_impulses(v, response.of_each, middles);
+            for (bool goes_on = true; goes_on;) {  // what bodies give to one another they all get, or none
+                goes_on = false;
+                const auto agree = [&](int a, int b) {
+                    if (a < 0 || b < 0 || fits[a] == fits[b]) return;
+                    fits[a] = fits[b] = 0;
+                    goes_on = true;
+                };
+                for (std::size_t j = 0; j < state_.joints.size(); ++j)
+                    if (!state_.broken[j]) agree(state_.joints[j].joint().a, state_.joints[j].joint().b);
+                for (const PairImpulse& pair : touching) agree(pair.body, pair.other);
+            }
+            equations_.solver.refuse(response, fits);
         }
-        for (int b = 0; b < state_.body_count(); ++b)
-            if (fits[b]) add_motion(*state_.at(b).elastic, factor * response.motions[b], state_.at(b).state);
+        for (int b = 0; b < state_.body_count(); ++b) {
+            SteppedBody& body = state_.at(b);
+            // What holds a body lets it get no momentum of these.
+            if (const Eigen::Index held = body.holding.rows(); held > 0)
+                body.holding.rowwise() -= state_.part_of(b, response.impulses).colwise().sum() /
+                                          (factor * static_cast<double>(held));
+            add_motion(*body.elastic, factor * response.motions[b], body.state);
+        }
+        more = std::move(response.of_each);
     } else {
         // What did not balance the motion is no force of the body.
         for (SteppedBody& body : state_.bodies) body.inner_forces.resize(0, 3);

@@ -27,7 +27,7 @@ constexpr int max_linearisations = 30;  // unless the step's config allows sever
 /// with every linearisation they come no nearer, so that each allows twice as much as the one before.
 constexpr double contact_share = 0.1;
 /// Of the kinetic energy of a body, which turning may give it in elastic energy; likewise.
-constexpr double turns_share = 1e-3;
+constexpr double turns_share = 1e-5;
 constexpr double least_gas_error = 1e-3;   // of absolute pressures, likewise
 constexpr double least_drag_error = 0.02;  // of what winds do, likewise
 constexpr int max_halvings = 40;           // of a Newton step, until the potential falls
@@ -151,25 +151,34 @@ double PartSolve::strain_of_turns(const Eigen::VectorXd& v) const {
     return largest;
 }
 
-/// The elastic energy that deformable bodies that nothing holds get by turning along straight ways from where
-/// they are linearised at `from`, as a share of their kinetic energy at `to`: of the largest of all bodies. A
-/// straight way strains by half the square of the turn, which matters where sound crosses a body many times
-/// in a step.
+/// The elastic energy that deformable bodies that can turn get by doing so along straight ways from where
+/// they are linearised at `from`, as a share of their kinetic energy at `to` about their centres: of the
+/// largest of all bodies. A straight way strains by half the square of the turn, which matters where sound
+/// crosses a body many times in a step.
 double PartSolve::share_of_turns(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const {
     double largest = 0;
     for (int b = 0; b < world_.body_count(); ++b) {
         const ElasticBody& body = *world_.at(b).elastic;
-        if (body.is_rigid() || world_.is_held(world_.at(b))) continue;
+        if (body.is_rigid() || !world_.can_turn(world_.at(b))) continue;
         const Nodes w = world_.part_of(b, to), x = world_.at(b).start.x + dt_ * world_.part_of(b, from);
         const Momentum way = momentum_of(body, {.x = x, .v = w - world_.part_of(b, from)});
         const Eigen::Vector3d turn =
             dt_ * rigid_inertia(body, x).bottomRightCorner<3, 3>().ldlt().solve(way.angular);
         const double strain = turn.squaredNorm() / 2, young = world_.at(b).contact_young,
                      volume = body.mass() / body.material().density;
-        if (const double kinetic = kinetic_energy(body, w); kinetic > 0)
+        const Eigen::RowVector3d mean = body.node_masses().transpose() * w / body.mass();
+        if (const double kinetic = kinetic_energy(body, w.rowwise() - mean); kinetic > 0)
             largest = std::max(largest, young * volume * strain * strain / 2 / kinetic);
     }
     return largest;
+}
+
+/// Whether ropes catch what they hold in the motion v.
+bool PartSolve::ropes_catch(const Eigen::VectorXd& v) const {
+    std::vector<char> pulls(world_.joints.size(), 0);
+    for (std::size_t k = 0; k < equations_.bonds.size(); ++k)
+        if (!equations_.solver.bond_impulse(k, v).isZero(0)) pulls[equations_.bonds[k].joint] = 1;
+    return nbd::ropes_catch(world_, pulls, v);
 }
 
 /// A part with contacts linearised at its start. Where they lead nowhere near an intersection and press at
@@ -188,7 +197,7 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
                is_newton = is_asked || turns(world_.obstacles, world_.time, world_.end());
     const int most = is_asked ? world_.config.step.newton_iterations : max_linearisations;
     report.solver_converged = true;
-    turns_abruptly_ = false;
+    is_abrupt_ = false;
     barrier_.begin_step(world_.time, dt_);
     Eigen::VectorXd to = stacked(&likely_velocities, given);
     v = -leads();
@@ -196,6 +205,7 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
     constexpr const char* too_large = "the velocities of the step are too large, or not finite";
     if (!leads_somewhere(dt_, to)) return {.reason = too_large, .fatal = true};
     look(v, to, given_ways.obstacles, report);
+    Eigen::VectorXd linearised_at;
     double share = 0, moved = 0;
     std::string left_open;
     double allowed_strain = rigid_strain, allowed_turns = turns_share, allowed_of_gases = least_gas_error,
@@ -221,6 +231,8 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
             if (!is_asked) allowed *= 2;
         }
         if (k == most || (k > 0 && share < least_progress)) break;
+        if (k == 0) linearised_at = stacked(&first_iterate, given);
+        if (k > 0) linearised_at = v;
         timed(report.assemble_us,
               [&] { build_systems(given, k > 0 ? &v : nullptr, world_.config.step.tangent); });
         const ContactSolveReport solved =
@@ -233,9 +245,14 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
         ++report.newton_iterations;
         report.solver_iterations += solved.linear_iterations;
         if (!leads_somewhere(dt_, to)) return {.reason = too_large, .fatal = true};
-        if (k == 0) turns_abruptly_ = !world_.joints.empty() && strain_of_turns(to) > rigid_strain;
-        if (turns_abruptly_ && world_.step.velocity_factor > 1)
-            return {.reason = "a rigid body turns abruptly"};
+        if (k == 0 && !world_.joints.empty() && world_.step.velocity_factor > 1) {
+            // A step that goes on by what was before would make energy, or throw what is caught.
+            caught_ = ropes_catch(to);
+            if (caught_ || strain_of_turns(to) > rigid_strain) {
+                is_abrupt_ = true;
+                return {.reason = "a body in joints turns abruptly, or is caught"};
+            }
+        }
         const double trusted = trusted_share(v, to);
         if (trusted < 1) to = v + trusted * (to - v);
         share = propose(v, to, given_ways.obstacles, report);
@@ -248,7 +265,7 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
                 left_open = "contacts that press and let go in turn";
             else if (strain_of_turns(to) > allowed_strain)
                 left_open = "a rigid body that turns too far";
-            else if (share_of_turns(v, to) > allowed_turns)
+            else if (share_of_turns(linearised_at, to) > allowed_turns)
                 left_open =
                     "a body that turns too far in a step for how stiff it is; it may as well be rigid";
             else if (gases_.error(world_, to) > allowed_of_gases)
@@ -347,7 +364,7 @@ std::string PartSolve::end_fault(const Eigen::VectorXd& v, WorldReport& report) 
 Rejection PartSolve::run(Eigen::VectorXd& v, WorldReport& report) {
     for (;;) {
         Rejection rejection = world_.config.statics ? balance(v, report) : solve(v, report);
-        if (turns_abruptly_ && world_.step.velocity_factor > 1) {
+        if (is_abrupt_) {
             begin_backward_euler(world_, dt_);
             tendons_.begin(world_.tendons.size());
             continue;

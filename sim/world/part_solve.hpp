@@ -49,6 +49,8 @@ class PartSolve {
     /// Solves the part so that it ends where the next can begin, anew with exact bounds where others fail. v:
     /// out, the velocities at its end; in statics the way of the increment over its length.
     Rejection run(Eigen::VectorXd& v, WorldReport& report);
+    /// Whether ropes caught what they hold, so that what was before the part is no guide to what comes next.
+    bool was_caught() const noexcept { return caught_; }
 
  private:
     // part_solve.cpp
@@ -61,6 +63,7 @@ class PartSolve {
     double trusted_share(const Eigen::VectorXd& v, const Eigen::VectorXd& to) const;
     double strain_of_turns(const Eigen::VectorXd& v) const;
     double share_of_turns(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const;
+    bool ropes_catch(const Eigen::VectorXd& v) const;
     Rejection solve(Eigen::VectorXd& v, WorldReport& report);
     void look(const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress, WorldReport& report);
     double propose(const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress, WorldReport& report);
@@ -82,10 +85,9 @@ class PartSolve {
         double scale = 0;              // see StaticConfig::tolerance, newtons
         double net = 0;                // of the force and the torque over the body's size as a whole, newtons
 
-        double share() const noexcept { return off > 0 ? off / scale : 0; }
-        /// Whether it is at most `tolerance`, or what rounding leaves.
-        bool is_balanced(double tolerance) const noexcept {
-            return off <= std::max(tolerance * scale, rounding);
+        /// Relative to the scale, or to a larger one of which rounding leaves the tolerance.
+        double share(double tolerance) const noexcept {
+            return off > 0 ? off / std::max(scale, rounding / tolerance) : 0;
         }
     };
     /// How careful the next linearisation of an increment is.
@@ -116,7 +118,8 @@ class PartSolve {
     TendonSolve& tendons_;
     const FrictionMemory& friction_;
     GasSolve gases_;
-    bool turns_abruptly_ = false;  // a rigid body, otherwise than foreseen, in a world with joints
+    bool is_abrupt_ = false;  // it needs a step that does not go on by what was before
+    bool caught_ = false;     // by ropes, in such a part
 };
 
 }  // namespace nbd

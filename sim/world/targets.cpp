@@ -120,9 +120,12 @@ void Targets::go(WorldState& world, Barrier& barrier, double dt) const {
     for (const auto& [grip, place] : grips_)
         world.at(grip.first).grips[grip.second].motion.go_to(place, world.time, end);
     for (const auto& [joint, value] : joints_) told_of(world, joint)->go_to(value, world.time, end, 0);
-    for (const auto& [load, factor] : factors_)
-        factor_of(world.at(load.first), load.second)
-            ->go_to(factor, world.time, end, world.load_share(world.time));
+    for (const auto& [load, factor] : factors_) {
+        SteppedBody& body = world.at(load.first);
+        const bool is_gas = std::ranges::find(body.gases, load.second, &ClosedGas::load) != body.gases.end();
+        factor_of(body, load.second)
+            ->go_to(factor, world.time, end, is_gas ? 1 : world.load_share(world.time));
+    }
     for (const auto& [load, velocity] : winds_) {
         Wind& wind = *wind_of(world.at(load.first), load.second);
         wind.load().air.keys.go_to(velocity, world.time, end, wind.air_at(world.time));

@@ -74,9 +74,11 @@ void choose_steps(WorldState& world, JointForces& joints, double dt) {
     const std::vector<Nodes> of_joints = joints.measure(world, dt);
     for (std::size_t b = 0; b < world.bodies.size(); ++b)
         measure_inner_forces(world, world.bodies[b], dt, of_joints[b]);
-    constexpr double straight = 0.3;  // radians, beyond which straight ways by earlier rates lead astray
-    if (world.config.step.integrator == TimeIntegrator::backward_euler || largest_turn(world, dt) > straight)
-        return;
+    constexpr double straight =
+        0.3;  // radians of a rigid body, beyond which straight ways by earlier rates lead astray
+    if (world.config.step.integrator == TimeIntegrator::backward_euler) return;
+    const LargestTurns turns = largest_turns(world, dt);
+    if (turns.rigid > straight || turns.deformable > most_deformable_turn) return;
     world.step = {dt, 1 / TwoStepWeights::end};
     const bool is_known =
         std::ranges::all_of(world.bodies, [](const SteppedBody& body) { return body.before.has_value(); });
@@ -93,13 +95,14 @@ void choose_steps(WorldState& world, JointForces& joints, double dt) {
     }
 }
 
-double largest_turn(const WorldState& world, double dt) {
-    double largest = 0;
+LargestTurns largest_turns(const WorldState& world, double dt) {
+    LargestTurns largest;
     for (const SteppedBody& body : world.bodies) {
-        if (!body.elastic->is_rigid()) continue;
+        if (!world.can_turn(body)) continue;
         const Eigen::Matrix3d inertia = rigid_inertia(*body.elastic, body.state.x).bottomRightCorner<3, 3>();
         const Eigen::Vector3d rate = inertia.ldlt().solve(momentum_of(*body.elastic, body.state).angular);
-        largest = std::max(largest, dt * rate.norm());
+        double& of_kind = body.elastic->is_rigid() ? largest.rigid : largest.deformable;
+        of_kind = std::max(of_kind, dt * rate.norm());
     }
     return largest;
 }

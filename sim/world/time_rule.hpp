@@ -15,8 +15,14 @@ namespace nbd {
 /// have to follow the same rule.
 void choose_steps(WorldState& world, JointForces& joints, double dt);
 
-/// Radians by which the fastest rigid body turns in a time.
-double largest_turn(const WorldState& world, double dt);
+/// Radians by which the fastest rigid body turns in a time, and the fastest deformable one that can.
+struct LargestTurns {
+    double rigid = 0, deformable = 0;
+};
+LargestTurns largest_turns(const WorldState& world, double dt);
+
+/// Radians beyond which a deformable body makes energy in a step of second order.
+constexpr double most_deformable_turn = 0.5;
 
 /// A step from the state of all bodies as it is.
 void begin_backward_euler(WorldState& world, double dt);

@@ -226,7 +226,8 @@ void World::add_tendon(Tendon tendon) {
             throw std::invalid_argument(
                 fmt::format("tendon: joint {} is not one of {}", part, joint_count()));
         const auto* cord = std::get_if<CordJoint>(&joint(part).kind);
-        if (!cord || cord->tension.empty() || state_.tendon_of(part) >= 0)
+        if (!cord || cord->tension.empty() || state_.tendon_of(part) >= 0 ||
+            std::ranges::count(tendon.parts, part) > 1)
             throw std::invalid_argument(fmt::format(
                 "tendon: joint \"{}\" is no cord with a given tension of its own", joint(part).name));
     }
@@ -373,6 +374,7 @@ void World::restore(const WorldSnapshot& snapshot) {
                 throw std::invalid_argument("world: the snapshot's forces of springs are not finite");
     reset(snapshot);
     start_is_checked_ = false;
+    targets_.clear();
     reactions_.clear();
     for (SteppedBody& body : state_.bodies) {
         body.contact_forces.setZero();

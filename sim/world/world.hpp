@@ -171,8 +171,9 @@ class World {
 
     WorldSnapshot snapshot() const;
 
-    /// Continues from a snapshot of a world with the same bodies. Throws std::invalid_argument where it does
-    /// not fit the bodies, and changes nothing then.
+    /// Continues from a snapshot of a world with the same bodies. What was told for the next step is
+    /// forgotten; what was told before has taken the place of what bodies and joints came with. Throws
+    /// std::invalid_argument where it does not fit the bodies, and changes nothing then.
     void restore(const WorldSnapshot& snapshot);
 
  private:
@@ -208,6 +209,7 @@ class World {
     void tell_trouble(WorldReport& report) const;
     PartStart part_start() const;
     void take_back(const PartStart& start);
+    void forget_rates();
     Rejection try_part(const StepPart& part, WorldReport& report);
     void measure(WorldReport& report) const;
 

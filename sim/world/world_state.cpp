@@ -1,6 +1,8 @@
 #include "sim/world/world_state.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "sim/fem/momentum.hpp"
@@ -62,6 +64,22 @@ bool WorldState::is_held(const SteppedBody& body) const {
     return !body.driven.nodes.empty() || std::ranges::any_of(body.grips, [&](const Grip& grip) {
         return grip.holds(time) && !grip.nodes.empty();
     });
+}
+
+bool WorldState::can_turn(const SteppedBody& body) const {
+    std::vector<int> held = body.driven.nodes;
+    for (const Grip& grip : body.grips)
+        if (grip.holds(time)) held.insert(held.end(), grip.nodes.begin(), grip.nodes.end());
+    if (held.size() < 2) return true;
+    const Nodes& X = body.elastic->rest().X;
+    const Nodes ways = X(held, Eigen::all).rowwise() - X.row(held.front());
+    Eigen::Index farthest = 0;
+    const double longest = ways.rowwise().squaredNorm().maxCoeff(&farthest);
+    const Eigen::RowVector3d along = ways.row(farthest) / std::sqrt(longest);
+    constexpr double rounding = 1e-6;
+    for (Eigen::Index k = 0; longest > 0 && k < ways.rows(); ++k)
+        if (ways.row(k).cross(along).squaredNorm() > rounding * rounding * longest) return false;
+    return true;
 }
 
 PrescribedNodes WorldState::prescribed(const SteppedBody& body, double dt) const {

@@ -102,6 +102,8 @@ struct WorldState {
 
     /// Whether some of a body's nodes have prescribed velocities.
     bool is_held(const SteppedBody& body) const;
+    /// Whether what holds a body lets it turn: its held nodes lie on a line, or it has none.
+    bool can_turn(const SteppedBody& body) const;
     /// Where grips and what drives nodes bring these in a part of this length.
     PrescribedNodes prescribed(const SteppedBody& body, double dt) const;
     bool is_joined(int body) const;

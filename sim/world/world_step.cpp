@@ -17,7 +17,7 @@
 namespace nbd {
 namespace {
 
-constexpr double most_turn = 0.6;  // radians, of a rigid body in a step
+constexpr double most_rigid_turn = 0.6;  // radians in a step
 
 }  // namespace
 
@@ -158,12 +158,24 @@ void World::take_back(const PartStart& start) {
     }
 }
 
+/// Lets bodies go on as if they had always moved as they do now.
+void World::forget_rates() {
+    for (SteppedBody& body : state_.bodies) {
+        if (!body.before || body.inner_forces.rows() == 0) continue;
+        body.before->v = body.state.v;
+        body.before->inner_forces = body.inner_forces;
+    }
+}
+
 /// Advances by one part.
 Rejection World::try_part(const StepPart& part, WorldReport& report) {
     take_nodes();
-    if (const double turn = largest_turn(state_, part.dt); turn > most_turn && !part.finest)
-        return {.reason = fmt::format("a rigid body would turn by {:.2g} rad in a step, more than {}", turn,
-                                      most_turn)};
+    const LargestTurns turns = largest_turns(state_, part.dt);
+    for (const auto& [turn, most] :
+         {std::pair(turns.rigid, most_rigid_turn), std::pair(turns.deformable, most_deformable_turn)})
+        if (turn > most && !part.finest)
+            return {.reason =
+                        fmt::format("a body would turn by {:.2g} rad in a step, more than {}", turn, most)};
     choose_steps(state_, joint_forces_, part.dt);
     tendon_solve_.begin(state_.tendons.size());
     Rejection rejection = pass_of_ball(state_, part.dt);
@@ -171,14 +183,15 @@ Rejection World::try_part(const StepPart& part, WorldReport& report) {
     try {
         Eigen::VectorXd v;
         barrier().be_exact(false);
-        const Rejection unsolved =
-            PartSolve(part, state_, equations_, barrier(), tendon_solve_, friction_memory_).run(v, report);
+        PartSolve solve(part, state_, equations_, barrier(), tendon_solve_, friction_memory_);
+        const Rejection unsolved = solve.run(v, report);
         if (unsolved) rejection = unsolved;
         if (rejection && (!part.finest || rejection.fatal)) return rejection;
         // Impulses that do not balance the motion tell nothing of its momentum.
         const bool is_solved = !unsolved && report.contacts_settled;
         if (std::string failure = move(part, v, is_solved, report); !failure.empty())
             return {.reason = failure, .fatal = true};
+        if (solve.was_caught()) forget_rates();
         friction_memory_.remember(equations_.solver.rubbed(v));
         if (is_solved) joint_forces_.break_joints(state_, equations_, v);  // else impulses are noise
         if (const std::string fault = joint_fault(state_, equations_.bonds, v);

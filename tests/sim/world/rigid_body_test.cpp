@@ -131,7 +131,7 @@ TEST(RigidBody, RefusesAnInertiaThatNoMassHas) {
     };
     refuses({.mass = 0});
     refuses({.mass = 1, .centre = Eigen::Vector3d(5, 0, 0)});
-    for (const Eigen::Vector3d moments :
+    for (const Eigen::Vector3d& moments :
          {Eigen::Vector3d(0, 0, 0), {0.1, 0.1, -0.1}, {0.1, 0.1, 0.3}, {5, 5, 5}, {0.1, 0.1, NAN}})
         refuses({.mass = 1, .moments = Eigen::Matrix3d(moments.asDiagonal())});
     Eigen::Matrix3d askew = Eigen::Vector3d(0.1, 0.1, 0.1).asDiagonal();

@@ -362,6 +362,24 @@ TEST(Statics, PressureShrinksABlockEvenly) {
     EXPECT_NEAR(shrunk, 1e3 * 0.4 / 1e6, 2e-6);  // the area shrinks, too
 }
 
+/// What is told is by how much of its scale each body is out of balance, also where one has no loads at all.
+TEST(Statics, TheImbalanceIsWithinTheToleranceBesideAnUnloadedBody) {
+    const Model block({0.1, 0.1, 0.1}, {2, 2, 2}, {.young = 1e6, .poisson = 0.3});
+    World world(static_config({0, 0, 0}));
+    for (const double load : {5.0, 0.0}) {
+        WorldBody body = block.at({load, 0, 0});
+        body.grips.push_back({.nodes = test::nodes_where(
+                                  body.state.x, [](const Eigen::Vector3d& x) { return x.z() < -0.049; })});
+        if (load > 0) body.loads.push_back({.kind = LoadKind::force, .value = {0, 0, load}});
+        world.add_body(body);
+    }
+    for (int increment = 0; increment < 4; ++increment) {
+        const WorldReport report = world.step(0.25);
+        ASSERT_EQ(report.failure, "");
+        EXPECT_LE(report.imbalance, StaticConfig{}.tolerance) << increment;
+    }
+}
+
 TEST(Statics, ABodyComesBackWhereItsLoadGoes) {
     const Cantilever beam(1, 0.05, 20, 1e6);
     World world(static_config({0, 0, 0}));

@@ -140,6 +140,20 @@ TEST(Targets, GoOnFromASnapshotWhereTheyAreToldAgain) {
     EXPECT_EQ(whole.state(0).v, resumed.state(0).v);
 }
 
+TEST(Targets, AreForgottenWhereASnapshotIsRestored) {
+    const Model block = rigid_block();
+    World world(without_gravity());
+    world.add_body(block.at({0, 0, 0}));
+    HingeJoint hinge{.point = {0.2, 0, 0}, .axis = {0, 1, 0}, .angle = {}};
+    hinge.angle.motor = constant(0);
+    world.add_joint({.name = "hinge", .a = 0, .b = -1, .kind = hinge});
+    const WorldSnapshot start = world.snapshot();
+    world.set_joint(0, 0.5);
+    world.restore(start);
+    ASSERT_EQ(world.step(dt).failure, "");
+    EXPECT_NEAR(world.joint_value(0), 0, 1e-9);
+}
+
 TEST(Targets, RefuseWhatIsNotThere) {
     const Model block = rigid_block();
     World world(without_gravity());

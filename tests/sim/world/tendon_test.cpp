@@ -178,11 +178,22 @@ TEST(Tendons, BlocksThatTheyPullTogetherKeepTheirMomentum) {
                                             constant(tension * size))});
             double fastest = 0;
             while (world.time() < 0.5 - dt / 2) {
+                const Vector3d before = test::linear_momentum(world, 0);
                 const WorldReport report = world.step(dt);
                 ASSERT_EQ(report.failure, "") << size << ' ' << dt;
                 fastest = std::max(fastest, test::linear_momentum(world, 0).norm());
                 const Vector3d sum = test::linear_momentum(world, 0) + test::linear_momentum(world, 1);
                 ASSERT_LT(sum.norm(), 1e-8 * fastest) << size << ' ' << dt << ' ' << world.time();
+                // Reactions are what the body got, also where it was refused what the solver had left.
+                Vector3d got = Vector3d::Zero();
+                double largest = 0;
+                for (const Reaction& reaction : world.reactions()) {
+                    const double sign = reaction.by == ReactionBy::joint && reaction.body == 1 ? 0 : 1;
+                    got += sign * reaction.force;
+                    largest = std::max(largest, reaction.force.norm());
+                }
+                const Vector3d change = (test::linear_momentum(world, 0) - before) / dt;
+                ASSERT_LT((got - change).norm(), 1e-3 * largest) << size << ' ' << dt << ' ' << world.time();
             }
             EXPECT_GT(fastest, 0.1 * mass * size);
         }
@@ -361,6 +372,47 @@ TEST(Winch, LiftsABlockByTheLengthThatItTakesIn) {
             world.set_joint(0, 0.6);
             run_to(9);
             EXPECT_NEAR(world.joint_value(0), 0.6 + sag, 1e-3) << dt;
+        }
+}
+
+/// A rope that does not stretch, or a tendon, takes up what it catches without a rebound: at the speed of its
+/// winch from rest, and a block that falls into it stops.
+TEST(Winch, TakesUpWhatItCatchesWithoutARebound) {
+    for (const auto& [size, dt] :
+         {std::pair(0.002, 1e-3), std::pair(0.1, 1e-3), std::pair(0.1, 2e-2), std::pair(5.0, 2e-2)})
+        for (const bool is_tendon : {false, true}) {
+            const Model model = rigid_block({size, size, size});
+            const double speed = size / 0.1;
+            const Keyed<double> winch{{0, 1}, {20 * size, 20 * size - speed}};
+            const auto bound = [&](World& world, const Keyed<double>& lengths) {
+                CordJoint cord{.from = {0, 0, 0}, .to = {0, 0, 20 * size}};
+                if (is_tendon)
+                    cord.tension = constant(0);
+                else
+                    cord.winch = lengths;
+                cord.pulls_only = !is_tendon;
+                world.add_joint({.name = "rope", .a = 0, .b = -1, .kind = cord});
+                if (is_tendon) world.add_tendon({.parts = {0}, .winch = lengths});
+            };
+            World world(without_gravity());
+            world.add_body(model.at({0, 0, 0}));
+            bound(world, winch);
+            for (int step = 0; step < 30; ++step) {
+                ASSERT_EQ(world.step(dt).failure, "");
+                const double v = test::linear_momentum(world, 0).z() / model.elastic->mass();
+                ASSERT_NEAR(v, speed, 0.01 * speed) << size << ' ' << dt << ' ' << is_tendon << ' ' << step;
+            }
+            World falls(without_gravity());
+            WorldBody body = model.at({0, 0, 0}, Eigen::Matrix3d::Identity(), Vector3d(0, 0, -speed));
+            falls.add_body(body);
+            bound(falls, constant(20 * size + 2.5 * speed * dt));
+            for (int step = 0; step < 30; ++step) {
+                ASSERT_EQ(falls.step(dt).failure, "");
+                const double v = test::linear_momentum(falls, 0).z() / model.elastic->mass();
+                if (step > 3) {
+                    ASSERT_NEAR(v, 0, 0.01 * speed) << size << ' ' << dt << ' ' << is_tendon << ' ' << step;
+                }
+            }
         }
 }
 
