@@ -59,12 +59,7 @@ PhysicsOutcome rigid_slide(const PhysicsCase& c) {
     const Solid box = rigid_box(c.size * Vector3d(1, 1, 0.5));
     World world =
         world_of(c, config, {box.at({0, 0, (0.25 + 1.0e-3 * 1.5) * c.size})}, {floor_plane(c.parameter)});
-    const double mass = box.elastic->mass(), time = std::max(0.1, 20 * c.dt);
-    const double settled = std::max(0.1, 10 * std::sqrt(1e-3 * c.size / standard_gravity));
-    while (world.time() < settled) advance(world, c.dt);
-    const double start = world.time(), before = momentum(world, 0).x() / mass;
-    while (world.time() < start + time) advance(world, c.dt);
-    const double a = (momentum(world, 0).x() / mass - before) / (world.time() - start),
+    const double a = sliding_acceleration(c, world),
                  truth = standard_gravity * (std::sin(angle) - c.parameter * std::cos(angle));
     return relative_outcome(a, truth);
 }
@@ -92,7 +87,7 @@ Solid pendulum_bar(const PhysicsCase& c) {
     return Solid(make_rigid_body("bar", box_surface(size, {2, 2, 2}),
                                  {.mass = mass,
                                   .centre = Vector3d(0, 0, (0.5 - depth_of(c)) * c.size),
-                                  .moments = Matrix3d(Vector3d(of, of, 0.1 * of).asDiagonal())}));
+                                  .moments = Matrix3d(Vector3d(of, of, 0.02 * of).asDiagonal())}));
 }
 
 /// A bar on a ball joint at its end.

@@ -176,6 +176,15 @@ Eigen::Vector3d angular_momentum(const World& world, int body) {
     return own.angular + mass_centre(world, body).cross(own.linear);
 }
 
+double sliding_acceleration(const PhysicsCase& c, World& world) {
+    const double mass = world.elastic(0).mass(), time = std::max(0.1, 20 * c.dt);
+    const double settled = std::max(0.1, 10 * std::sqrt(1e-3 * c.size / standard_gravity));
+    while (world.time() < settled) advance(world, c.dt);
+    const double start = world.time(), before = momentum(world, 0).x() / mass;
+    while (world.time() < start + time) advance(world, c.dt);
+    return (momentum(world, 0).x() / mass - before) / (world.time() - start);
+}
+
 Eigen::Vector3d contact_force(const World& world, int body) {
     return world.contact_forces(body).colwise().sum();
 }

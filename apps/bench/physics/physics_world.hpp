@@ -121,6 +121,9 @@ Eigen::Vector3d mass_centre(const World& world, int body);
 Eigen::Vector3d momentum(const World& world, int body);
 Eigen::Vector3d angular_momentum(const World& world, int body);
 
+/// Mean acceleration of body 0 along x, m/s2, once it slides evenly from where contact begins.
+double sliding_acceleration(const PhysicsCase& c, World& world);
+
 /// Mean force of contact on a body in the last step, N.
 Eigen::Vector3d contact_force(const World& world, int body);
 
