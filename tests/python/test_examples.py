@@ -57,3 +57,18 @@ def test_4_gripper(tmp_path):
 def test_5_own_simulator(tmp_path):
     missed, near = numbers(r"missed (\d+) of (\d+) near", run("5_own_simulator.py", cwd=tmp_path))
     assert near > 500 and missed <= 0.01 * near
+
+
+def test_6_finger(tmp_path):
+    text = run("6_finger.py", cwd=tmp_path)
+    rows = [[float(number) for number in line.split(", ")] for line in text.splitlines()[1:]]
+    assert [row[0] for row in rows] == [0, 20, 40, 60]
+    assert rows[0][1] == pytest.approx(0, abs=0.05) and 1 < rows[-1][1] < 1.3
+    assert rows[0][2] == 0 and rows[-1][2] > 0.02
+
+
+def test_7_template(tmp_path):
+    text = run("7_template.py", cwd=tmp_path)
+    assert numbers(r"grasps.h5: (\d+) frames .* in (\d+) trajectories", text) == [24, 2]
+    [pressed] = numbers(r"pressed with ([\d.]+) N", text)
+    assert pressed > 0.2
