@@ -30,10 +30,8 @@ void check_rows(std::vector<int> rows, int count, const char* what) {
 void check_factor(const Keyed<double>& factor) {
     if (factor.times.size() != factor.values.size())
         throw std::invalid_argument("load: its factor needs a value for each time");
-    for (std::size_t k = 0; k < factor.times.size(); ++k)
-        if (!std::isfinite(factor.times[k]) || !std::isfinite(factor.values[k]) ||
-            (k > 0 && !(factor.times[k] > factor.times[k - 1])))
-            throw std::invalid_argument("load: its factor needs finite values at times that increase");
+    if (!factor.is_sound([](double value) { return std::isfinite(value); }))
+        throw std::invalid_argument("load: its factor needs finite values at times that increase");
 }
 
 Eigen::Vector3d weighted_mean(NodesRef x, const std::vector<int>& nodes, const Eigen::VectorXd& weights) {

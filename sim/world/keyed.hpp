@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <iterator>
 #include <utility>
@@ -15,6 +16,15 @@ struct Keyed {
     std::vector<Value> values;  // as many; none: `usual` holds throughout
 
     bool empty() const noexcept { return times.empty(); }
+
+    /// Whether there is a value that `allowed` accepts for each time, and times are finite and increase.
+    template <class Allowed>
+    bool is_sound(const Allowed& allowed) const {
+        bool is_right = times.size() == values.size() && std::ranges::all_of(values, allowed);
+        for (std::size_t k = 0; is_right && k < times.size(); ++k)
+            is_right = std::isfinite(times[k]) && (k == 0 || times[k] > times[k - 1]);
+        return is_right;
+    }
 
     /// Lets it go from what it is at `begin` to a value at `end`, seconds, and forgets what was told for
     /// later and long before. usual: as for at().

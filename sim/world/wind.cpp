@@ -17,14 +17,6 @@ Eigen::Vector3d carried(const Embedding& W, int vertex, NodesRef rows) {
     return sum;
 }
 
-bool is_in_order(const Keyed<Eigen::Vector3d>& keys) {
-    bool is_right = keys.times.size() == keys.values.size();
-    for (std::size_t k = 0; is_right && k < keys.times.size(); ++k)
-        is_right = std::isfinite(keys.times[k]) && keys.values[k].allFinite() &&
-                   (k == 0 || keys.times[k] > keys.times[k - 1]);
-    return is_right;
-}
-
 }  // namespace
 
 Wind::Wind(BodyLoad load, const ElasticBody& elastic, const ContactShape& shape)
@@ -33,7 +25,8 @@ Wind::Wind(BodyLoad load, const ElasticBody& elastic, const ContactShape& shape)
     for (const double number : {air.density, air.normal, air.tangential})
         if (!(number >= 0) || !std::isfinite(number))
             throw std::invalid_argument("load: a wind needs a density and coefficients >= 0");
-    if (!air.velocity.allFinite() || !is_in_order(air.keys))
+    const auto is_finite = [](const Eigen::Vector3d& value) { return value.allFinite(); };
+    if (!air.velocity.allFinite() || !air.keys.is_sound(is_finite))
         throw std::invalid_argument("load: a wind needs finite velocities at times that increase");
     // Checks the faces, too.
     const LoadForces press({.kind = LoadKind::pressure, .faces = load_.faces}, elastic, shape);

@@ -54,11 +54,8 @@ World::World(const WorldConfig& config)
         state_.config.contact.tolerance =
             std::min(config.contact.tolerance, 1e-4 * config.statics->tolerance);
     }
-    const auto& [times, values] = config.gravity_keys;
-    bool is_in_order = times.size() == values.size();
-    for (std::size_t k = 0; is_in_order && k < times.size(); ++k)
-        is_in_order = std::isfinite(times[k]) && values[k].allFinite() && (k == 0 || times[k] > times[k - 1]);
-    if (!is_in_order)
+    const auto is_finite = [](const Eigen::Vector3d& value) { return value.allFinite(); };
+    if (!config.gravity_keys.is_sound(is_finite))
         throw std::invalid_argument("world: gravity needs finite values at times that increase");
     if (!config.gravity.allFinite()) throw std::invalid_argument("world: gravity is not finite");
     if (!(config.limits.inverted_share >= 0) || !(config.limits.stretch > 1))
@@ -231,12 +228,9 @@ void World::add_tendon(Tendon tendon) {
             throw std::invalid_argument(fmt::format(
                 "tendon: joint \"{}\" is no cord with a given tension of its own", joint(part).name));
     }
-    const auto& [times, lengths] = tendon.winch;
-    bool is_right = !times.empty() && times.size() == lengths.size();
-    for (std::size_t k = 0; is_right && k < times.size(); ++k)
-        is_right = std::isfinite(times[k]) && std::isfinite(lengths[k]) && lengths[k] > 0 &&
-                   (k == 0 || times[k] > times[k - 1]);
-    if (!is_right) throw std::invalid_argument("tendon: its winch needs lengths > 0 at times that increase");
+    const auto is_length = [](double length) { return std::isfinite(length) && length > 0; };
+    if (tendon.winch.empty() || !tendon.winch.is_sound(is_length))
+        throw std::invalid_argument("tendon: its winch needs lengths > 0 at times that increase");
     if (!(tendon.stiffness >= 0) || !std::isfinite(tendon.stiffness) || !(tendon.fixed >= 0))
         throw std::invalid_argument("tendon: it needs a stiffness >= 0");
     state_.tendons.push_back(std::move(tendon));
