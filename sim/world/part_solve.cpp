@@ -28,11 +28,12 @@ constexpr int max_linearisations = 30;  // unless the step's config allows sever
 constexpr double contact_share = 0.1;
 /// Of the kinetic energy of a body, which turning may give it in elastic energy; likewise.
 constexpr double turns_share = 1e-5;
-constexpr double least_gas_error = 1e-3;   // of absolute pressures, likewise
-constexpr double least_drag_error = 0.02;  // of what winds do, likewise
-constexpr int max_halvings = 40;           // of a Newton step, until the potential falls
-constexpr double rounding = 1e-13;         // relative, of potentials
-constexpr double least_progress = 1e-9;    // share of a Newton step that counts as motion
+constexpr double least_gas_error = 1e-3;     // of absolute pressures, likewise
+constexpr double least_follow_error = 0.01;  // of the forces of loads that follow, likewise
+constexpr double least_drag_error = 0.02;    // of what winds do, likewise
+constexpr int max_halvings = 40;             // of a Newton step, until the potential falls
+constexpr double rounding = 1e-13;           // relative, of potentials
+constexpr double least_progress = 1e-9;      // share of a Newton step that counts as motion
 
 /// Whether positions at the end of a step can be told in single precision.
 bool leads_somewhere(double dt, const Eigen::VectorXd& v) {
@@ -208,8 +209,8 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
     Eigen::VectorXd linearised_at;
     double share = 0, moved = 0;
     std::string left_open;
-    double allowed_strain = rigid_strain, allowed_turns = turns_share, allowed_of_gases = least_gas_error,
-           allowed_of_winds = least_drag_error;
+    double allowed_strain = rigid_strain, allowed_turns = turns_share, allowed_of_loads = least_follow_error,
+           allowed_of_gases = least_gas_error, allowed_of_winds = least_drag_error;
     double allowed = is_newton ? world_.config.step.newton_tolerance : contact_share;
     for (int k = 0;; ++k) {
         stop_if_asked();
@@ -268,6 +269,8 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
             else if (share_of_turns(linearised_at, to) > allowed_turns)
                 left_open =
                     "a body that turns too far in a step for how stiff it is; it may as well be rigid";
+            else if (follow_error(world_, to) > allowed_of_loads)
+                left_open = "loads that follow a body which moves too far";
             else if (gases_.error(world_, to) > allowed_of_gases)
                 left_open = "gases whose pressures do not fit their volumes";
             else if (drag_error(world_, to) > allowed_of_winds)
@@ -281,6 +284,7 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
             if (error > allowed) allowed *= 2;
             allowed_strain *= 2;
             allowed_turns = std::min(2 * allowed_turns, 1.0);
+            allowed_of_loads *= 2;
             allowed_of_gases *= 2;
             allowed_of_winds *= 2;
         }

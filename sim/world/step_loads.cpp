@@ -84,6 +84,24 @@ double excess_work(const WorldState& world, const SteppedBody& body, const Nodes
     return first - (first + 4 * work_at(0.5) + work_at(1)) / 6;
 }
 
+double follow_error(const WorldState& world, const Eigen::VectorXd& v) {
+    const double end = world.end();
+    double largest = 0;
+    for (int b = 0; b < world.body_count(); ++b) {
+        const SteppedBody& body = world.at(b);
+        const auto follows = [](const LoadForces& one) { return one.load().follows(); };
+        if (std::ranges::none_of(body.loads, follows)) continue;
+        const Nodes x = body.start.x + world.step.dt * world.part_of(b, v);
+        Nodes forces = Nodes::Zero(x.rows(), 3), others = body.forces;
+        for (const LoadForces& one : body.loads)
+            one.add(x, one.load().factor.at(end, world.load_share(end)), follows(one) ? forces : others);
+        const double all = forces.rowwise().norm().sum(),
+                     off = (others + forces - body.outer_end).rowwise().norm().sum();
+        if (all > 0) largest = std::max(largest, off / all);
+    }
+    return largest;
+}
+
 void take_winds(SteppedBody& body, std::vector<BodyLoad>& loads) {
     for (BodyLoad& load : loads)
         if (load.kind == LoadKind::wind) body.winds.emplace_back(std::move(load), *body.elastic, *body.shape);

@@ -30,6 +30,10 @@ Loads end_loads(const WorldState& world, const SteppedBody& body);
 /// they were in the first, joules. Exact for pressures, whose forces are quadratic along a straight way.
 double excess_work(const WorldState& world, const SteppedBody& body, const Nodes& from, const Nodes& to);
 
+/// By how much loads that follow a body act otherwise where the unknowns v of the step lead than was solved
+/// for, as a share of their forces. The largest of all bodies.
+double follow_error(const WorldState& world, const Eigen::VectorXd& v);
+
 /// Takes the winds out of the loads of a body that is being added.
 void take_winds(SteppedBody& body, std::vector<BodyLoad>& loads);
 

@@ -290,6 +290,24 @@ TEST(BodyLoads, PressureOnTopOfABlockRestsOnTheFloor) {
     EXPECT_NEAR(world.reactions()[0].force[2], weight + pressed, 5e-3 * pressed);
 }
 
+/// Ten times as long as it is thick, in steps in which sound crosses it fifty times: it comes to rest.
+TEST(BodyLoads, PressureAllAroundASlenderBodyMakesNoEnergy) {
+    const Model bar({1, 0.1, 0.1}, {10, 2, 2}, {.young = 1e7, .rayleigh_mass = 0});
+    World world({.gravity = Eigen::Vector3d::Zero()});
+    WorldBody body = bar.at({0, 0, 0});
+    body.grips.push_back(
+        {.nodes = test::nodes_where(body.state.x, [](const Eigen::Vector3d& x) { return x.x() < -0.499; })});
+    body.loads = {{.kind = LoadKind::pressure, .pressure = 1e5}};
+    world.add_body(std::move(body));
+    WorldReport report;
+    for (int step = 0; step < 100; ++step) {
+        report = world.step(0.05);
+        ASSERT_EQ(report.failure, "") << step;
+        ASSERT_LT(report.kinetic_energy, 1) << step;  // of 3 J by which it is pressed in the end
+    }
+    EXPECT_LT(report.kinetic_energy, 0.01 * report.elastic_energy);
+}
+
 TEST(BodyLoads, GoOnAfterARestoreWithTheSameBits) {
     const auto made = [] {
         World world({});
