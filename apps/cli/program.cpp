@@ -113,14 +113,14 @@ void choose_kernels(const std::string& instructions) {
         throw CLI::ValidationError("--instructions", fmt::format("'{}'; {}", instructions, why));
     };
     std::vector<std::string> names;
-    for (const InstructionSet set : {InstructionSet::plain, InstructionSet::avx2, InstructionSet::avx512}) {
+    for (const InstructionSet set : instruction_sets) {
         names.emplace_back(name(set));
         if (instructions != name(set)) continue;
         const Kernels* form = kernels_for(set);
         if (!form) refuse("this CPU does not support these instructions");
         return use_kernels(*form);
     }
-    refuse(fmt::format("allowed: plain, avx2 and avx512{}",
+    refuse(fmt::format("allowed: plain, avx2, avx512 and neon{}",
                        nearest_hint(instructions, names, "; the nearest is {}")));
 }
 
@@ -167,7 +167,7 @@ void add_common_options(CLI::App& app, Output& out, int& threads) {
         ->check(whole_number(0, 1024));
     app.add_option_function<std::string>(
         "--instructions", choose_kernels,
-        "Kernels of collision queries: plain, avx2 or avx512; default: the best that the CPU supports. The "
+        "Kernels of collision queries: plain, avx2, avx512 or neon; default: the best that the CPU supports. The "
         "result does not depend on it");
 }
 

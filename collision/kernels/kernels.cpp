@@ -1,7 +1,6 @@
 #include "collision/kernels/kernels.hpp"
 
 #include <atomic>
-#include <initializer_list>
 
 namespace nbd {
 
@@ -16,6 +15,10 @@ const Kernels* kernels_for(InstructionSet instructions) noexcept {
                            __builtin_cpu_supports("avx512vnni")
                        ? &kernels_avx512
                        : nullptr;
+#endif
+#ifdef NBD_ARM_KERNELS
+        case InstructionSet::neon:
+            return &kernels_neon;
 #endif
         case InstructionSet::plain:
             return &kernels_plain;
@@ -33,7 +36,7 @@ std::atomic<const Kernels*> in_use = nullptr;
 const Kernels& kernels() noexcept {
     if (const Kernels* chosen = in_use.load(std::memory_order_relaxed)) return *chosen;
     const Kernels* best = &kernels_plain;
-    for (const InstructionSet set : {InstructionSet::avx2, InstructionSet::avx512})
+    for (const InstructionSet set : instruction_sets)
         if (const Kernels* form = kernels_for(set)) best = form;
     const Kernels* none = nullptr;
     in_use.compare_exchange_strong(none, best, std::memory_order_relaxed);
@@ -48,6 +51,8 @@ const char* name(InstructionSet instructions) noexcept {
             return "avx2";
         case InstructionSet::avx512:
             return "avx512";
+        case InstructionSet::neon:
+            return "neon";
         default:
             return "plain";
     }

@@ -9,9 +9,13 @@ struct OrientedBoxes;
 struct RestBoxes;
 struct TrianglePack;
 
-/// Instruction sets with their own form of the kernels: the library's own (`plain`), AVX2, and AVX-512 with
-/// its extensions F, BW, DQ, VL and VNNI.
-enum class InstructionSet { plain, avx2, avx512 };
+/// Instruction sets with their own form of the kernels: the library's own (`plain`), AVX2, AVX-512 with
+/// its extensions F, BW, DQ, VL and VNNI, and NEON of 64-bit Arm.
+enum class InstructionSet { plain, avx2, avx512, neon };
+
+/// All of them, slower ones first.
+inline constexpr InstructionSet instruction_sets[] = {InstructionSet::plain, InstructionSet::avx2,
+                                                      InstructionSet::avx512, InstructionSet::neon};
 
 /// What is certain, in exact arithmetic, about the triangles in each lane of two packs. A lane that is set in
 /// neither mask is too close to call in float32.
@@ -144,7 +148,7 @@ struct Kernels {
 };
 
 /// The forms of this build; not every one has all of them.
-extern const Kernels kernels_plain, kernels_avx2, kernels_avx512;
+extern const Kernels kernels_plain, kernels_avx2, kernels_avx512, kernels_neon;
 
 /// The form for an instruction set; null if the CPU or this build of the library does not support it.
 const Kernels* kernels_for(InstructionSet instructions) noexcept;
@@ -155,7 +159,7 @@ const Kernels& kernels() noexcept;
 /// Selects a form, for comparisons. Call it before any query runs. All forms give the same answers.
 void use_kernels(const Kernels& form) noexcept;
 
-/// "plain", "avx2" or "avx512".
+/// "plain", "avx2", "avx512" or "neon".
 const char* name(InstructionSet instructions) noexcept;
 
 }  // namespace nbd

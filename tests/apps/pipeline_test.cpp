@@ -129,7 +129,7 @@ TEST_F(PipelineTest, RunsFromASurfaceToASceneWithLearnedBounds) {
     EXPECT_EQ(std::ranges::count(bytes("race.csv"), '\n'), static_cast<std::ptrdiff_t>(race.size()) + 1);
 
     // Every supported instruction set gives the same numbers.
-    for (const std::string instructions : {"plain", "avx2", "avx512"}) {
+    for (const std::string instructions : {"plain", "avx2", "avx512", "neon"}) {
         const bool known = run("inspect beam.h5 --instructions " + instructions).status == 0;
         EXPECT_TRUE(known || instructions != "plain");
         if (!known) continue;

@@ -25,7 +25,7 @@ except ImportError as missing:
     sys.exit(77)
 
 SCENES = Path(__file__).resolve().parents[2] / "assets" / "scenes"
-SETS = ["plain", "avx2", "avx512"]
+SETS = ["plain", "avx2", "avx512", "neon"]
 
 
 def known_scenes():

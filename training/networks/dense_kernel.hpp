@@ -7,6 +7,8 @@
 
 #if defined(__AVX512BF16__)
 #include <immintrin.h>
+#elif defined(__ARM_FEATURE_BF16_VECTOR_ARITHMETIC)
+#include <arm_neon.h>
 #endif
 
 /// The matrix product that dominates the training of small networks, blocked for vector registers. Include it
@@ -17,6 +19,8 @@ namespace nbd::dense_kernel {
 inline constexpr int lanes = 16, accumulators = 24;  // of 32 registers
 #elif defined(__AVX__)
 inline constexpr int lanes = 8, accumulators = 12;  // of 16
+#elif defined(__aarch64__)
+inline constexpr int lanes = 4, accumulators = 24;  // of 32
 #else
 inline constexpr int lanes = 4, accumulators = 12;
 #endif
@@ -25,7 +29,7 @@ using Vec [[gnu::vector_size(4 * lanes), gnu::may_alias]] = float;
 /// Two bfloat16 numbers adjacent along k, the first in the low half. Where the CPU multiplies such pairs,
 /// multiply() takes them instead of floats: half the work, with 8-bit factors and float sums.
 using Pair = std::uint32_t;
-#if defined(__AVX512BF16__)
+#if defined(__AVX512BF16__) || defined(__ARM_FEATURE_BF16_VECTOR_ARITHMETIC)
 inline constexpr bool has_pairs = true;
 #else
 inline constexpr bool has_pairs = false;
@@ -68,6 +72,31 @@ void pair_columns(const float* rows, int count, Pair* out) noexcept {
     for (int i = 0; i < count * H; i += 2 * lanes)
         _mm512_storeu_si512(out + i / 2, (__m512i)_mm512_cvtne2ps_pbh(_mm512_loadu_ps(rows + i + lanes),
                                                                       _mm512_loadu_ps(rows + i)));
+}
+#elif defined(__ARM_FEATURE_BF16_VECTOR_ARITHMETIC)
+inline void add_product(Vec& sum, const Vec& column, Pair factor) noexcept {
+    sum = (Vec)vbfdotq_f32((float32x4_t)sum, (bfloat16x8_t)column, (bfloat16x8_t)vdupq_n_u32(factor));
+}
+
+template <int H>
+void pair_rows(const float* rows, int count, Pair* out) noexcept {
+    for (int i = 0; i < count; i += 2)
+        for (int h = 0; h < H; h += lanes) {
+            const auto row = [&](int r) {
+                const float32x4_t x = r < count ? vld1q_f32(rows + r * H + h) : vdupq_n_f32(0);
+                return vreinterpret_u16_bf16(vcvt_bf16_f32(x));
+            };
+            const uint16x4x2_t pairs = vzip_u16(row(i), row(i + 1));
+            vst1q_u32(out + i / 2 * H + h, vreinterpretq_u32_u16(vcombine_u16(pairs.val[0], pairs.val[1])));
+        }
+}
+
+template <int H>
+void pair_columns(const float* rows, int count, Pair* out) noexcept {
+    for (int i = 0; i < count * H; i += 2 * lanes) {
+        const bfloat16x8_t low = vcvtq_low_bf16_f32(vld1q_f32(rows + i));
+        vst1q_u32(out + i / 2, vreinterpretq_u32_bf16(vcvtq_high_bf16_f32(low, vld1q_f32(rows + i + lanes))));
+    }
 }
 #endif
 

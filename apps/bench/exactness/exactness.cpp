@@ -160,7 +160,7 @@ constexpr std::pair<BoundKind, BoundKind> mixes[] = {
 class AllKernels {
  public:
     AllKernels() {
-        for (const InstructionSet set : {InstructionSet::plain, InstructionSet::avx2, InstructionSet::avx512})
+        for (const InstructionSet set : instruction_sets)
             if (const Kernels* form = kernels_for(set)) forms_.push_back(form);
     }
     ~AllKernels() { use_kernels(*before_); }

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstring>
+#include <string>
 #include <vector>
 
 #include "collision/geometry/box.hpp"
@@ -325,14 +327,17 @@ TEST_P(KernelForms, GiveTheSameAffineBoxes) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Kernels, KernelForms, testing::Values(InstructionSet::avx2, InstructionSet::avx512),
+INSTANTIATE_TEST_SUITE_P(Kernels, KernelForms,
+                         testing::Values(InstructionSet::avx2, InstructionSet::avx512, InstructionSet::neon),
                          [](const auto& info) {
-                             return info.param == InstructionSet::avx2 ? "Avx2" : "Avx512";
+                             std::string title = name(info.param);
+                             title.front() = static_cast<char>(std::toupper(title.front()));
+                             return title;
                          });
 
 TEST(Kernels, AreTheFastestThatTheCpuSupports) {
     ASSERT_NE(kernels_for(InstructionSet::plain), nullptr);
-    for (const InstructionSet set : {InstructionSet::plain, InstructionSet::avx2, InstructionSet::avx512})
+    for (const InstructionSet set : instruction_sets)
         if (const Kernels* form = kernels_for(set)) {
             EXPECT_EQ(form->instructions, set);
             EXPECT_GE(kernels().instructions, set);

@@ -129,8 +129,7 @@ TEST_P(PointKernels, BoundSixteenListsSideBySide) {
     EXPECT_GT(not_finite, 50);
 }
 
-INSTANTIATE_TEST_SUITE_P(, PointKernels,
-                         testing::Values(InstructionSet::plain, InstructionSet::avx2, InstructionSet::avx512),
+INSTANTIATE_TEST_SUITE_P(, PointKernels, testing::ValuesIn(instruction_sets),
                          [](const auto& info) { return name(info.param); });
 
 }  // namespace

@@ -51,7 +51,7 @@ TEST(TrianglePack, IsPackedFromItsCornersByAllForms) {
     const float* corners[3][16];
     for (auto& corner : corners)
         for (const float*& p : corner) p = points.data() + 4 * (random() % 48);
-    for (const InstructionSet set : {InstructionSet::plain, InstructionSet::avx2, InstructionSet::avx512}) {
+    for (const InstructionSet set : instruction_sets) {
         const Kernels* form = kernels_for(set);
         if (!form) continue;
         TrianglePack pack;

@@ -54,7 +54,7 @@ TEST(ExactBounds, GiveTheAnswersOfBruteForceInWildPosesWithEveryKernel) {
             const double gap = test::brute_force_closest(a, F, b, F).distance;
             intersecting += meet.size();
             near += within.size();
-            for (const auto set : {InstructionSet::plain, InstructionSet::avx2, InstructionSet::avx512}) {
+            for (const auto set : instruction_sets) {
                 const Kernels* form = kernels_for(set);
                 if (!form) continue;
                 use_kernels(*form);

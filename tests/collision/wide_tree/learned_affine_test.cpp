@@ -191,7 +191,7 @@ TEST(LearnedAffine, GiveTheSameAnswersInAllForms) {
     const Vertices x = torus.bent(0.2f, 2);
     const Kernels& before = kernels();
     std::vector<BoxPack> first;
-    for (const InstructionSet set : {InstructionSet::plain, InstructionSet::avx2, InstructionSet::avx512}) {
+    for (const InstructionSet set : instruction_sets) {
         const Kernels* form = kernels_for(set);
         if (!form) continue;
         use_kernels(*form);
