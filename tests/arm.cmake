@@ -1,0 +1,21 @@
+# For CMake: compiles for 64-bit Arm with the packages that tests/arm has put into the folder NBD_ARM_ROOT, and runs what it
+# compiles under qemu.
+set(CMAKE_SYSTEM_NAME Linux)
+set(CMAKE_SYSTEM_PROCESSOR aarch64)
+set(CMAKE_C_COMPILER aarch64-linux-gnu-gcc)
+set(CMAKE_CXX_COMPILER aarch64-linux-gnu-g++)
+set(CMAKE_LIBRARY_ARCHITECTURE aarch64-linux-gnu)
+list(APPEND CMAKE_TRY_COMPILE_PLATFORM_VARIABLES NBD_ARM_ROOT)
+set(CMAKE_SYSROOT ${NBD_ARM_ROOT})
+set(CMAKE_FIND_ROOT_PATH ${NBD_ARM_ROOT})
+set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
+set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
+set(CMAKE_CROSSCOMPILING_EMULATOR qemu-aarch64-static -cpu max -L ${NBD_ARM_ROOT})
+set(ENV{PKG_CONFIG_LIBDIR} ${NBD_ARM_ROOT}/usr/lib/aarch64-linux-gnu/pkgconfig:${NBD_ARM_ROOT}/usr/share/pkgconfig)
+set(ENV{PKG_CONFIG_SYSROOT_DIR} ${NBD_ARM_ROOT})
+# Found by a compiler's wrapper of this machine otherwise.
+list(APPEND CMAKE_LIBRARY_PATH ${NBD_ARM_ROOT}/usr/lib/aarch64-linux-gnu/hdf5/serial)
+list(APPEND CMAKE_INCLUDE_PATH ${NBD_ARM_ROOT}/usr/include/hdf5/serial)
+set(HDF5_C_COMPILER_EXECUTABLE false CACHE STRING "")
