@@ -61,8 +61,8 @@ std::string joint_fault(const WorldState& world, std::span<const Bond> bonds, co
 
 bool ropes_catch(const WorldState& world, const std::vector<char>& pulls, const Eigen::VectorXd& v) {
     struct Rope {
-        double now = 0, mean = 0,
-               ends = 0;  // rates of its length, and of its ends' distance as a vector, m/s
+        double now = 0, mean = 0;  // rates of its length: at the start of the part, and in it, m/s
+        double ends = 0;           // of the vector between its ends
         bool pulls = false;
     };
     const double dt = world.step.dt;
