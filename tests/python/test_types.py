@@ -74,7 +74,7 @@ def mypy(tmp_path_factory):
 
 def test_mypy_accepts_the_stubs_and_the_examples(mypy):
     examples = sorted((pathlib.Path(__file__).resolve().parents[2] / "apps" / "python" / "examples").glob("*.py"))
-    assert len(examples) == 5
+    assert len(examples) == 7
     for file in [PACKAGE / "__init__.pyi", *examples]:
         assert mypy(file) == ("", 0), file
 

@@ -31,7 +31,7 @@ def push() -> float:
 
 
 print("kPa, degrees, newtons")
-angles = []
+angles: list[tuple[int, float, float]] = []
 for kilopascals in (0, 20, 40, 60):
     before = angles[-1][0] if angles else 0
     for step in range(15):
