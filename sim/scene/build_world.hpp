@@ -18,6 +18,9 @@ Grip take_nodes(const SceneGrip& from, const PlacedBody& placed);
 /// parts_in(), and for what is not done to a rigid body.
 BodyLoad take_part(const SceneLoad& from, const PlacedBody& placed, const Eigen::Matrix3d& turn);
 
+/// Positions of a body's nodes or vertices X, [n, 3], where the scene places them.
+Nodes placed(const Nodes& X, const Placement& placement);
+
 /// The materials of a body.
 struct BodyMaterials {
     Material material;
