@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "sim/barrier/barrier.hpp"
+#include "sim/contact/friction_memory.hpp"
 #include "sim/fem/elastic_body.hpp"
 #include "sim/world/joint.hpp"
 
