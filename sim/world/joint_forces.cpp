@@ -59,7 +59,14 @@ std::string joint_fault(const WorldState& world, std::span<const Bond> bonds, co
     return {};
 }
 
-bool ropes_catch(const WorldState& world, const std::vector<char>& pulls, const Eigen::VectorXd& v) {
+bool ropes_catch(const WorldState& world, const StepEquations& equations, const Eigen::VectorXd& v) {
+    const auto is_cord = [](const JointBonds& joint) {
+        return std::holds_alternative<CordJoint>(joint.joint().kind);
+    };
+    if (std::ranges::none_of(world.joints, is_cord)) return false;
+    std::vector<char> pulls(world.joints.size(), 0);
+    for (std::size_t k = 0; k < equations.bonds.size(); ++k)
+        if (!equations.solver.bond_impulse(k, v).isZero(0)) pulls[equations.bonds[k].joint] = 1;
     struct Rope {
         double now = 0, mean = 0;  // rates of its length: at the start of the part, and in it, m/s
         double ends = 0;           // of the vector between its ends

@@ -20,8 +20,8 @@ std::vector<Bond> bonds_at(const WorldState& world, const Eigen::VectorXd& v);
 std::string joint_fault(const WorldState& world, std::span<const Bond> bonds, const Eigen::VectorXd& v);
 
 /// Whether ropes or tendons that do not stretch catch in a part what moves otherwise than they let it. v: the
-/// solution of the part. pulls: whether a joint does at its end, [joints].
-bool ropes_catch(const WorldState& world, const std::vector<char>& pulls, const Eigen::VectorXd& v);
+/// solution of the part.
+bool ropes_catch(const WorldState& world, const StepEquations& equations, const Eigen::VectorXd& v);
 
 /// What the springs of joints did on their bodies, now and a step before.
 class JointForces {

@@ -28,9 +28,9 @@ constexpr int max_linearisations = 30;  // unless the step's config allows sever
 constexpr double contact_share = 0.1;
 /// Of the kinetic energy of a body, which turning may give it in elastic energy; likewise.
 constexpr double turns_share = 1e-5;
-constexpr double least_gas_error = 1e-3;     // of absolute pressures, likewise
-constexpr double least_follow_error = 0.01;  // of the forces of loads that follow, likewise
-constexpr double least_drag_error = 0.02;    // of what winds do, likewise
+constexpr double first_gas_error = 1e-3;     // of absolute pressures, likewise
+constexpr double first_follow_error = 0.01;  // of the forces of loads that follow, likewise
+constexpr double first_drag_error = 0.02;    // of what winds do, likewise
 constexpr int max_halvings = 40;             // of a Newton step, until the potential falls
 constexpr double rounding = 1e-13;           // relative, of potentials
 constexpr double least_progress = 1e-9;      // share of a Newton step that counts as motion
@@ -174,14 +174,6 @@ double PartSolve::share_of_turns(const Eigen::VectorXd& from, const Eigen::Vecto
     return largest;
 }
 
-/// Whether ropes catch what they hold in the motion v.
-bool PartSolve::ropes_catch(const Eigen::VectorXd& v) const {
-    std::vector<char> pulls(world_.joints.size(), 0);
-    for (std::size_t k = 0; k < equations_.bonds.size(); ++k)
-        if (!equations_.solver.bond_impulse(k, v).isZero(0)) pulls[equations_.bonds[k].joint] = 1;
-    return nbd::ropes_catch(world_, pulls, v);
-}
-
 /// A part with contacts linearised at its start. Where they lead nowhere near an intersection and press at
 /// the end as was solved for, it is done. If not, it goes as far as nothing collides, and is
 /// linearised there. v: out, the velocities at the end of the part.
@@ -206,11 +198,11 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
     constexpr const char* too_large = "the velocities of the step are too large, or not finite";
     if (!leads_somewhere(dt_, to)) return {.reason = too_large, .fatal = true};
     look(v, to, given_ways.obstacles, report);
-    Eigen::VectorXd linearised_at;
+    Eigen::VectorXd linearised_at = stacked(&first_iterate, given);
     double share = 0, moved = 0;
     std::string left_open;
-    double allowed_strain = rigid_strain, allowed_turns = turns_share, allowed_of_loads = least_follow_error,
-           allowed_of_gases = least_gas_error, allowed_of_winds = least_drag_error;
+    double allowed_strain = rigid_strain, allowed_turns = turns_share, allowed_of_loads = first_follow_error,
+           allowed_of_gases = first_gas_error, allowed_of_winds = first_drag_error;
     double allowed = is_newton ? world_.config.step.newton_tolerance : contact_share;
     for (int k = 0;; ++k) {
         stop_if_asked();
@@ -222,8 +214,8 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
                 equations_.solver.set_contacts(equations_.contacts, equations_.bonds, v);
             else
                 equations_.solver.begin(equations_.contacts, equations_.bonds, shapes, world_.first_unknown,
-                                        world_.config.contact.tolerance, world_.step,
-                                        stacked(&first_iterate, given), is_newton);
+                                        world_.config.contact.tolerance, world_.step, linearised_at,
+                                        is_newton);
         });
         if (is_newton && k > 0 && given_ways.are_gone()) {
             const double error = residual(v);
@@ -232,7 +224,6 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
             if (!is_asked) allowed *= 2;
         }
         if (k == most || (k > 0 && share < least_progress)) break;
-        if (k == 0) linearised_at = stacked(&first_iterate, given);
         if (k > 0) linearised_at = v;
         timed(report.assemble_us,
               [&] { build_systems(given, k > 0 ? &v : nullptr, world_.config.step.tangent); });
@@ -248,7 +239,7 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
         if (!leads_somewhere(dt_, to)) return {.reason = too_large, .fatal = true};
         if (k == 0 && !world_.joints.empty() && world_.step.velocity_factor > 1) {
             // A step that goes on by what was before would make energy, or throw what is caught.
-            caught_ = ropes_catch(to);
+            caught_ = ropes_catch(world_, equations_, to);
             if (caught_ || strain_of_turns(to) > rigid_strain) {
                 is_abrupt_ = true;
                 return {.reason = "a body in joints turns abruptly, or is caught"};

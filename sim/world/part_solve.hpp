@@ -63,7 +63,6 @@ class PartSolve {
     double trusted_share(const Eigen::VectorXd& v, const Eigen::VectorXd& to) const;
     double strain_of_turns(const Eigen::VectorXd& v) const;
     double share_of_turns(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const;
-    bool ropes_catch(const Eigen::VectorXd& v) const;
     Rejection solve(Eigen::VectorXd& v, WorldReport& report);
     void look(const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress, WorldReport& report);
     double propose(const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress, WorldReport& report);

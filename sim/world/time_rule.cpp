@@ -68,7 +68,7 @@ void take_holding(WorldState& world, const JointForces& joints, int index, const
 
 }  // namespace
 
-void choose_steps(WorldState& world, JointForces& joints, double dt) {
+void choose_steps(WorldState& world, JointForces& joints, const LargestTurns& turns, double dt) {
     begin_backward_euler(world, dt);
     if (world.config.statics) return;
     const std::vector<Nodes> of_joints = joints.measure(world, dt);
@@ -77,7 +77,6 @@ void choose_steps(WorldState& world, JointForces& joints, double dt) {
     constexpr double straight =
         0.3;  // radians of a rigid body, beyond which straight ways by earlier rates lead astray
     if (world.config.step.integrator == TimeIntegrator::backward_euler) return;
-    const LargestTurns turns = largest_turns(world, dt);
     if (turns.rigid > straight || turns.deformable > most_deformable_turn) return;
     world.step = {dt, 1 / TwoStepWeights::end};
     const bool is_known =

@@ -10,16 +10,16 @@
 // which momentum. See TimeIntegrator and TwoStepWeights.
 namespace nbd {
 
-/// Sets where the step starts for each body, with what the rates before it add. Where the last step of a body
-/// is not known, or was much shorter, those before it are taken to be as now, of all bodies: two that touch
-/// have to follow the same rule.
-void choose_steps(WorldState& world, JointForces& joints, double dt);
-
 /// Radians by which the fastest rigid body turns in a time, and the fastest deformable one that can.
 struct LargestTurns {
     double rigid = 0, deformable = 0;
 };
 LargestTurns largest_turns(const WorldState& world, double dt);
+
+/// Sets where the step starts for each body, with what the rates before it add. Where the last step of a body
+/// is not known, or was much shorter, those before it are taken to be as now, of all bodies: two that touch
+/// have to follow the same rule. turns: in dt.
+void choose_steps(WorldState& world, JointForces& joints, const LargestTurns& turns, double dt);
 
 /// Radians beyond which a deformable body makes energy in a step of second order.
 constexpr double most_deformable_turn = 0.5;

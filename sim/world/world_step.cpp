@@ -176,7 +176,7 @@ Rejection World::try_part(const StepPart& part, WorldReport& report) {
         if (turn > most && !part.finest)
             return {.reason =
                         fmt::format("a body would turn by {:.2g} rad in a step, more than {}", turn, most)};
-    choose_steps(state_, joint_forces_, part.dt);
+    choose_steps(state_, joint_forces_, turns, part.dt);
     tendon_solve_.begin(state_.tendons.size());
     Rejection rejection = pass_of_ball(state_, part.dt);
     if (rejection && !part.finest) return rejection;
