@@ -71,17 +71,9 @@ struct Cholesky::State {
             fmt::format("CHOLMOD {}: {} (status {}), {} unknowns", what, why, common.status, size));
     }
 
-    // Orders nodes instead of unknowns: the graph has a third of the size, and the three unknowns of a node
-    // stay together.
-    std::vector<int> permutation(const SparseMatrix& A, Ordering ordering) {
-        const int nodes = size / 3;
-        std::vector<int> column{0}, row;
-        for (int j = 0; j < nodes; ++j) {
-            for (int s = A.outerIndexPtr()[3 * j]; s < A.outerIndexPtr()[3 * j + 1]; s += 3)
-                row.push_back(A.innerIndexPtr()[s] / 3);
-            column.push_back(row.size());
-        }
-        cholmod_sparse graph = lower_view(nodes, column.data(), row.data(), nullptr);
+    // The nodes of a graph in the order of elimination.
+    std::vector<int> order(const RowLists& lower, Ordering ordering) {
+        cholmod_sparse graph = lower_view(lower.rows(), lower.offset.data(), lower.column.data(), nullptr);
         common.nmethods = ordering == Ordering::quick ? 1 : 2;
         common.method[0].ordering = CHOLMOD_AMD;
         // Uses CHOLMOD's nested dissection with METIS separators. METIS's own nested dissection would catch
@@ -91,13 +83,33 @@ struct Cholesky::State {
         if (ordering == Ordering::thorough) lock.lock();
         cholmod_factor* symbolic = cholmod_analyze(&graph, &common);
         require(symbolic != nullptr, "ordering");
-        const int* order = static_cast<const int*>(symbolic->Perm);
-        std::vector<int> unknowns(size);
-        for (int i = 0; i < size; ++i) unknowns[i] = 3 * order[i / 3] + i % 3;
+        const int* first = static_cast<const int*>(symbolic->Perm);
+        std::vector<int> nodes(first, first + lower.rows());
         cholmod_free_factor(&symbolic, &common);
+        return nodes;
+    }
+
+    // Orders nodes instead of unknowns: the graph has a third of the size, and the three unknowns of a node
+    // stay together.
+    std::vector<int> permutation(const SparseMatrix& A, Ordering ordering) {
+        RowLists lower;
+        for (int j = 0; j < size / 3; ++j) {
+            for (int s = A.outerIndexPtr()[3 * j]; s < A.outerIndexPtr()[3 * j + 1]; s += 3)
+                lower.column.push_back(A.innerIndexPtr()[s] / 3);
+            lower.end_row();
+        }
+        const std::vector<int> nodes = order(lower, ordering);
+        std::vector<int> unknowns(size);
+        for (int i = 0; i < size; ++i) unknowns[i] = 3 * nodes[i / 3] + i % 3;
         return unknowns;
     }
 };
+
+std::vector<int> elimination_order(const BlockPattern& lower, Ordering ordering) {
+    Cholesky::State state;
+    state.size = 3 * lower.node_count();
+    return state.order(lower.lists(), ordering);
+}
 
 Cholesky::Cholesky() : state_(std::make_unique<State>()) {}
 Cholesky::~Cholesky() = default;
@@ -110,12 +122,16 @@ void Cholesky::analyze(const SparseMatrix& A, Ordering ordering) {
     s.size = A.cols();
     s.entries = A.nonZeros();
     cholmod_free_factor(&s.factor, &s.common);
-    std::vector<int> permutation = s.permutation(A, ordering);
+    std::vector<int> permutation;
+    if (ordering != Ordering::given) permutation = s.permutation(A, ordering);
 
     s.common.nmethods = 1;
-    s.common.method[0].ordering = CHOLMOD_GIVEN;
+    s.common.method[0].ordering = ordering == Ordering::given ? CHOLMOD_NATURAL : CHOLMOD_GIVEN;
+    s.common.postorder = ordering != Ordering::given;
     cholmod_sparse view = lower_view(A);
-    s.factor = cholmod_analyze_p(&view, permutation.data(), nullptr, 0, &s.common);
+    s.factor =
+        cholmod_analyze_p(&view, permutation.empty() ? nullptr : permutation.data(), nullptr, 0, &s.common);
+    s.common.postorder = true;
     s.require(s.factor != nullptr, "analysis");
 }
 

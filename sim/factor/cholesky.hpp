@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <vector>
 
 #include "sim/factor/block_pattern.hpp"
 
@@ -11,7 +12,13 @@ namespace nbd {
 enum class Ordering {
     thorough,  // better of minimum degree and nested dissection, for factors used many times
     quick,     // minimum degree
+    given,     // that of the nodes: a matrix in the order of elimination_order() is factorised without being
+               // permuted
 };
+
+/// An order of elimination with little fill: the node that comes first, second, ... lower: the lower half of
+/// a pattern. ordering: not `given`. Throws as Cholesky::analyze().
+std::vector<int> elimination_order(const BlockPattern& lower, Ordering ordering);
 
 /// Sparse Cholesky factorisation (CHOLMOD, supernodal): analyse a pattern once, then factorise and solve for
 /// many values. BLAS is limited to one thread, so the bits do not depend on the number of cores. One object
@@ -42,6 +49,7 @@ class Cholesky {
     void solve(const Eigen::Ref<const Eigen::VectorXd>& b, Eigen::Ref<Eigen::VectorXd> x) const;
 
  private:
+    friend std::vector<int> elimination_order(const BlockPattern& lower, Ordering ordering);
     struct State;
     std::unique_ptr<State> state_;
 };

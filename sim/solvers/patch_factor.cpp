@@ -50,8 +50,16 @@ bool PatchFactor::is_covered(const CouplingSum& couplings, const std::vector<cha
     return true;
 }
 
+/// The lower half: for each node of the patch its neighbours there that do not come before it.
+BlockPattern PatchFactor::lower_half(const CoupledSystem& system, const CouplingSum& couplings) const {
+    std::vector<std::vector<int>> rows(nodes_.size());
+    for (int s = 0; s < node_count(); ++s)
+        for_each_block(system, couplings, s, [&](int j, const auto&) { rows[s].push_back(j); });
+    return BlockPattern(std::move(rows));
+}
+
 /// Lets the patch grow to the nodes inside, or makes it anew if it is the first since begin(), and analyses
-/// its pattern.
+/// its pattern. Nodes are kept in the order in which they are eliminated.
 void PatchFactor::analyze(const CoupledSystem& system, const CouplingSum& couplings,
                           const std::vector<char>& inside) {
     if (is_new_) slot_.assign(inside.size(), -1);
@@ -65,18 +73,30 @@ void PatchFactor::analyze(const CoupledSystem& system, const CouplingSum& coupli
     if (nodes_.empty()) return;
     find_border(system);
     spread_.setZero(system.size());
-    // The lower half: for each node of the patch its neighbours there that do not come before it.
-    std::vector<std::vector<int>> rows(nodes_.size());
+    BlockPattern ascending = lower_half(system, couplings);
+    const bool is_known = analyzed_ && ascending == ascending_;
+    if (!is_known) {
+        analyzed_ = false;
+        ascending_ = std::move(ascending);
+        order_ = elimination_order(ascending_, ordering_);
+    }
+    const std::vector<int> members = nodes_;
+    for (std::size_t k = 0; k < order_.size(); ++k) {
+        nodes_[k] = members[order_[k]];
+        slot_[nodes_[k]] = static_cast<int>(k);
+    }
+    if (!is_known) {
+        pattern_ = lower_half(system, couplings);
+        A_ = pattern_.zero_matrix();
+        cholesky_.analyze(A_, Ordering::given);
+        analyzed_ = true;
+        solution_.resize(3 * nodes_.size());
+    }
+    places_.clear();
     for (int s = 0; s < node_count(); ++s)
-        for_each_block(system, couplings, s, [&](int j, const auto&) { rows[s].push_back(j); });
-    BlockPattern pattern(std::move(rows));
-    if (analyzed_ && pattern == pattern_) return;
-    pattern_ = std::move(pattern);
-    A_ = pattern_.zero_matrix();
-    analyzed_ = false;
-    cholesky_.analyze(A_, ordering_);
-    analyzed_ = true;
-    solution_.resize(3 * nodes_.size());
+        for_each_block(system, couplings, s, [&](int j, const auto&) {
+            places_.push_back(pattern_.find(s, j) - pattern_.first_block(s));
+        });
 }
 
 /// Couplings do not reach the border: one that acts on two or more nodes lies in the patch.
@@ -100,9 +120,10 @@ bool PatchFactor::factorize(const CoupledSystem& system, const CouplingSum& coup
     coupled_by_ = couplings.pattern();
     if (nodes_.empty()) return true;
     A_.coeffs().setZero();
+    auto place = places_.begin();
     for (int s = 0; s < node_count(); ++s)
         for_each_block(system, couplings, s,
-                       [&](int j, const auto& block) { pattern_.block_at(A_, s, j) += block; });
+                       [&](int, const auto& block) { pattern_.block(A_, s, *place++) += block; });
     return cholesky_.try_factorize(A_);
 }
 

@@ -55,17 +55,22 @@ class PatchFactor {
     template <class Visit>
     void for_each_block(const CoupledSystem& system, const CouplingSum& couplings, int s,
                         const Visit& visit) const;
+    BlockPattern lower_half(const CoupledSystem& system, const CouplingSum& couplings) const;
     void find_border(const CoupledSystem& system);
     void solve(const Eigen::VectorXd& r);
 
     Ordering ordering_;
     bool is_new_ = true;       // nothing was factorised since begin()
     int coupled_by_ = 0;       // pattern of the couplings that were last factorised
-    std::vector<int> nodes_;   // nodes of the patch, ascending
+    std::vector<int> nodes_;   // nodes of the patch, in the order of elimination
     std::vector<int> border_;  // nodes outside that the bodies' matrices couple with the patch, ascending
     std::vector<int> slot_;    // [nodes of the system] place in nodes_; -1 if outside
     BlockPattern pattern_;     // the lower half
-    SparseMatrix A_;           // likewise
+    BlockPattern ascending_;   // likewise, with the nodes in ascending order
+    std::vector<int> order_;   // of these, the first to be eliminated, the second, ...
+    std::vector<int>
+        places_;      // of blocks among those of their row in pattern_, as for_each_block() visits them
+    SparseMatrix A_;  // likewise
     Cholesky cholesky_;
     bool analyzed_ = false;
     Eigen::VectorXd solution_;  // of the last solve, on the patch
