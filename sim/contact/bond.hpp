@@ -29,6 +29,10 @@ struct BondLaw {
     double damping = 0;  // N s/m
     double tension = 0;  // newtons, >= 0
 
+    bool is_radial() const noexcept {
+        return (stiffness > 0 || damping > 0 || tension > 0) && along.isZero(0);
+    }
+
     struct Terms {
         double energy = 0;                                   // joules
         Eigen::Vector3d gradient = Eigen::Vector3d::Zero();  // newtons

@@ -39,6 +39,11 @@ RigidMatrix rigid_inertia(const ElasticBody& body, NodesRef x) {
     return inertia;
 }
 
+Eigen::Vector3d angular_velocity(const ElasticBody& body, const BodyState& state) {
+    const Eigen::Matrix3d inertia = rigid_inertia(body, state.x).bottomRightCorner<3, 3>();
+    return inertia.ldlt().solve(momentum_of(body, state).angular);
+}
+
 void add_motion(const ElasticBody& body, const RigidVector& motion, BodyState& state) {
     const Nodes r = from_centre(body, state.x);
     const Eigen::RowVector3d shift = motion.head<3>(), turn = motion.tail<3>();

@@ -25,6 +25,9 @@ using RigidMatrix = Eigen::Matrix<double, 6, 6>;
 /// momentum.
 RigidMatrix rigid_inertia(const ElasticBody& body, NodesRef x);
 
+/// The rate at which a body with its angular momentum would turn as a whole, rad/s.
+Eigen::Vector3d angular_velocity(const ElasticBody& body, const BodyState& state);
+
 /// Adds a rigid motion to the velocities. motion: m/s, and rad/s about the centre of mass.
 void add_motion(const ElasticBody& body, const RigidVector& motion, BodyState& state);
 

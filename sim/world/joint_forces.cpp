@@ -17,6 +17,26 @@ void add(Momentum& sum, const Momentum& more, double times = 1) {
     sum.angular += times * more.angular;
 }
 
+/// How far the two points of a bond have gone from each other since the start of the step, with the nodes at
+/// x.
+Eigen::Vector3d way(const ContactTerms& terms, std::size_t bond, const WorldState& world,
+                    std::span<const Nodes> x) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const CouplingTerm& t : terms.of(bond))
+        sum += t.weight * (x[t.body].row(t.node) - world.bodies[t.body].state.x.row(t.node)).transpose();
+    return sum;
+}
+
+/// Lets a cord pull along the mean of its directions at the start and the end of a step: along the last one
+/// alone it would take energy from what swings on it. start: Bond::difference there.
+void pull_along_mean(Bond& bond, const Eigen::Vector3d& start) {
+    const double length = bond.difference.norm();
+    const Eigen::Vector3d twice = start + bond.difference;  // the mean has its direction
+    if (!(twice.norm() > length)) return;                   // turned by more than 120 degrees
+    bond.law.length += twice.norm() - length;
+    bond.difference = twice;
+}
+
 }  // namespace
 
 std::vector<Bond> bonds_at(const WorldState& world, const Eigen::VectorXd& v) {
@@ -30,6 +50,8 @@ std::vector<Bond> bonds_at(const WorldState& world, const Eigen::VectorXd& v) {
     for (std::size_t k = 0; k < found.size(); ++k) {
         terms.add(found[k], world.first_unknown);
         Bond& bond = found[k];
+        if (bond.law.is_radial() && !bond.is_spring && world.step.velocity_factor > 1)
+            pull_along_mean(bond, bond.difference - way(terms, k, world, x));
         bond.difference -= dt * terms.velocity(k, v);
         if (world.config.statics) bond.law.damping = 0;
         if (bond.is_spring) continue;
@@ -46,7 +68,9 @@ std::string joint_fault(const WorldState& world, std::span<const Bond> bonds, co
         terms.add(bond, world.first_unknown);
         const double stiffness =
             std::max(bond.law.stiffness, bond.law.K.selfadjointView<Eigen::Lower>().operatorNorm());
-        if (bond.is_spring || world.broken[bond.joint] || !(stiffness > 0)) continue;
+        const auto* cord = std::get_if<CordJoint>(&world.joints[bond.joint].joint().kind);
+        const bool stretches = bond.is_spring || (cord && cord->stiffness > 0);
+        if (stretches || world.broken[bond.joint] || !(stiffness > 0)) continue;
         const double gives =
             bond.law.at(bond.difference + world.step.dt * terms.velocity(k, v)).gradient.norm() / stiffness;
         const JointBonds& joint = world.joints[bond.joint];
@@ -59,45 +83,42 @@ std::string joint_fault(const WorldState& world, std::span<const Bond> bonds, co
     return {};
 }
 
-bool ropes_catch(const WorldState& world, const StepEquations& equations, const Eigen::VectorXd& v) {
-    const auto is_cord = [](const JointBonds& joint) {
-        return std::holds_alternative<CordJoint>(joint.joint().kind);
-    };
-    if (std::ranges::none_of(world.joints, is_cord)) return false;
-    std::vector<char> pulls(world.joints.size(), 0);
-    for (std::size_t k = 0; k < equations.bonds.size(); ++k)
-        if (!equations.solver.bond_impulse(k, v).isZero(0)) pulls[equations.bonds[k].joint] = 1;
-    struct Rope {
+bool joints_catch(const WorldState& world, const StepEquations& equations, const Eigen::VectorXd& v) {
+    struct Cord {
         double now = 0, mean = 0;  // rates of its length: at the start of the part, and in it, m/s
         double ends = 0;           // of the vector between its ends
         bool pulls = false;
     };
     const double dt = world.step.dt;
     const std::vector<Nodes> x = world.nodes_now(), after = world.nodes_after(dt, v);
-    std::vector<Nodes> rates;
-    for (const SteppedBody& body : world.bodies) rates.push_back(body.state.x + dt * body.state.v);
-    std::vector<Rope> tendons(world.tendons.size()), ropes;
-    for (std::size_t j = 0; j < world.joints.size(); ++j) {
-        const auto* cord = std::get_if<CordJoint>(&world.joints[j].joint().kind);
-        if (!cord || world.broken[j]) continue;
-        const int tendon = world.tendon_of(static_cast<int>(j));
-        if (tendon < 0 ? !cord->pulls_only || cord->stiffness > 0 : world.tendons[tendon].stiffness > 0)
-            continue;
-        const Eigen::Vector3d span = world.joints[j].span(x),
-                              rate = (world.joints[j].span(rates) - span) / dt;
-        Rope& rope = tendon < 0 ? ropes.emplace_back() : tendons[tendon];
-        rope.now += rate.dot(span.normalized());
-        rope.mean += (world.joints[j].span(after).norm() - span.norm()) / dt;
-        rope.ends += rate.norm();
-        rope.pulls = rope.pulls || pulls[j];
+    std::vector<Cord> cords(world.tendons.size());  // of tendons, then of ropes and limits
+    ContactTerms terms;
+    for (std::size_t k = 0; k < equations.bonds.size(); ++k) {
+        const Bond& bond = equations.bonds[k];
+        terms.add(bond, world.first_unknown);
+        const JointBonds& joint = world.joints[bond.joint];
+        const auto* cord = std::get_if<CordJoint>(&joint.joint().kind);
+        const int tendon = world.tendon_of(bond.joint);
+        const bool stretches =
+            tendon >= 0 ? world.tendons[tendon].stiffness > 0 : cord && cord->stiffness > 0;
+        if (stretches || (tendon < 0 && !bond.law.pulls_only)) continue;
+        Eigen::Vector3d rate = Eigen::Vector3d::Zero();
+        for (const CouplingTerm& t : terms.of(k))
+            rate += t.weight * world.bodies[t.body].state.v.row(t.node).transpose();
+        const Eigen::Vector3d span = cord ? joint.span(x) : bond.law.along,
+                              way = nbd::way(terms, k, world, after);
+        Cord& one = tendon < 0 ? cords.emplace_back() : cords[tendon];
+        one.now += rate.dot(span.normalized());
+        one.mean += (cord ? (span + way).norm() - span.norm() : way.dot(span)) / dt;
+        one.ends += rate.norm();
+        one.pulls = one.pulls || !equations.solver.bond_impulse(k, v).isZero(0);
     }
-    ropes.insert(ropes.end(), tendons.begin(), tendons.end());
     constexpr double share = 0.1, of_fall = 1e-3, of_size = 1e-9;
     const double least = std::max(of_fall * world.gravity_at(world.time).norm() * dt,
                                   of_size * world.smallest_diagonal() / dt);
-    return std::ranges::any_of(ropes, [&](const Rope& rope) {
-        const double off = std::abs(rope.mean - rope.now);
-        return rope.pulls && off > least && off > share * std::max(std::abs(rope.mean), rope.ends);
+    return std::ranges::any_of(cords, [&](const Cord& one) {
+        const double off = std::abs(one.mean - one.now);
+        return one.pulls && off > least && off > share * std::max(std::abs(one.mean), one.ends);
     });
 }
 

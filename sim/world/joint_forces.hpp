@@ -19,9 +19,9 @@ std::vector<Bond> bonds_at(const WorldState& world, const Eigen::VectorXd& v);
 /// Which joint is not what it should be at the end of a part; empty: none. v: its solution.
 std::string joint_fault(const WorldState& world, std::span<const Bond> bonds, const Eigen::VectorXd& v);
 
-/// Whether ropes or tendons that do not stretch catch in a part what moves otherwise than they let it. v: the
-/// solution of the part.
-bool ropes_catch(const WorldState& world, const StepEquations& equations, const Eigen::VectorXd& v);
+/// Whether ropes and tendons that do not stretch, or limits, catch in a part what moves otherwise than they
+/// let it. v: the solution of the part.
+bool joints_catch(const WorldState& world, const StepEquations& equations, const Eigen::VectorXd& v);
 
 /// What the springs of joints did on their bodies, now and a step before.
 class JointForces {

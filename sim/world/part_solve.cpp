@@ -153,23 +153,22 @@ double PartSolve::strain_of_turns(const Eigen::VectorXd& v) const {
 }
 
 /// The elastic energy that deformable bodies that can turn get by doing so along straight ways from where
-/// they are linearised at `from`, as a share of their kinetic energy at `to` about their centres: of the
-/// largest of all bodies. A straight way strains by half the square of the turn, which matters where sound
-/// crosses a body many times in a step.
+/// they are linearised at `from`, as a share of their kinetic energy at `to` about their centres, or of that
+/// of a fall in the step: of the largest of all bodies. A straight way strains by half the square of the
+/// turn, which matters where sound crosses a body many times in a step.
 double PartSolve::share_of_turns(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const {
     double largest = 0;
     for (int b = 0; b < world_.body_count(); ++b) {
         const ElasticBody& body = *world_.at(b).elastic;
         if (body.is_rigid() || !world_.can_turn(world_.at(b))) continue;
         const Nodes w = world_.part_of(b, to), x = world_.at(b).start.x + dt_ * world_.part_of(b, from);
-        const Momentum way = momentum_of(body, {.x = x, .v = w - world_.part_of(b, from)});
-        const Eigen::Vector3d turn =
-            dt_ * rigid_inertia(body, x).bottomRightCorner<3, 3>().ldlt().solve(way.angular);
+        const Eigen::Vector3d turn = dt_ * angular_velocity(body, {.x = x, .v = w - world_.part_of(b, from)});
         const double strain = turn.squaredNorm() / 2, young = world_.at(b).contact_young,
                      volume = body.mass() / body.material().density;
         const Eigen::RowVector3d mean = body.node_masses().transpose() * w / body.mass();
-        if (const double kinetic = kinetic_energy(body, w.rowwise() - mean); kinetic > 0)
-            largest = std::max(largest, young * volume * strain * strain / 2 / kinetic);
+        const double fall = body.mass() * (world_.gravity_before * dt_).squaredNorm(),
+                     kinetic = std::max(kinetic_energy(body, w.rowwise() - mean), fall);
+        if (kinetic > 0) largest = std::max(largest, young * volume * strain * strain / 2 / kinetic);
     }
     return largest;
 }
@@ -237,12 +236,12 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
         ++report.newton_iterations;
         report.solver_iterations += solved.linear_iterations;
         if (!leads_somewhere(dt_, to)) return {.reason = too_large, .fatal = true};
-        if (k == 0 && !world_.joints.empty() && world_.step.velocity_factor > 1) {
+        if (k == 0 && world_.step.velocity_factor > 1) {
             // A step that goes on by what was before would make energy, or throw what is caught.
-            caught_ = ropes_catch(world_, equations_, to);
+            caught_ = joints_catch(world_, equations_, to);
             if (caught_ || strain_of_turns(to) > rigid_strain) {
                 is_abrupt_ = true;
-                return {.reason = "a body in joints turns abruptly, or is caught"};
+                return {.reason = "a body turns abruptly, or is caught"};
             }
         }
         const double trusted = trusted_share(v, to);

@@ -49,7 +49,7 @@ class PartSolve {
     /// Solves the part so that it ends where the next can begin, anew with exact bounds where others fail. v:
     /// out, the velocities at its end; in statics the way of the increment over its length.
     Rejection run(Eigen::VectorXd& v, WorldReport& report);
-    /// Whether ropes caught what they hold, so that what was before the part is no guide to what comes next.
+    /// Whether joints caught what they hold, so that what was before the part is no guide to what comes next.
     bool was_caught() const noexcept { return caught_; }
 
  private:
@@ -118,7 +118,7 @@ class PartSolve {
     const FrictionMemory& friction_;
     GasSolve gases_;
     bool is_abrupt_ = false;  // it needs a step that does not go on by what was before
-    bool caught_ = false;     // by ropes, in such a part
+    bool caught_ = false;     // by joints, in such a part
 };
 
 }  // namespace nbd

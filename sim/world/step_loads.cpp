@@ -84,6 +84,20 @@ double excess_work(const WorldState& world, const SteppedBody& body, const Nodes
     return first - (first + 4 * work_at(0.5) + work_at(1)) / 6;
 }
 
+namespace {
+
+constexpr double of_change =
+    0.01;  // errors of forces that are a lesser share of what changes the motion are relative to it
+
+/// What changes the motion of a body's nodes in a step that leads to w: the sum of the lengths of forces,
+/// newtons.
+double change_of_motion(const WorldState& world, const SteppedBody& body, const Nodes& w) {
+    const Nodes gain = world.step.velocity_factor * w - body.state.v;
+    return (body.elastic->node_masses().asDiagonal() * gain).rowwise().norm().sum() / world.step.dt;
+}
+
+}  // namespace
+
 double follow_error(const WorldState& world, const Eigen::VectorXd& v) {
     const double end = world.end();
     double largest = 0;
@@ -95,9 +109,12 @@ double follow_error(const WorldState& world, const Eigen::VectorXd& v) {
         Nodes forces = Nodes::Zero(x.rows(), 3), others = body.forces;
         for (const LoadForces& one : body.loads)
             one.add(x, one.load().factor.at(end, world.load_share(end)), follows(one) ? forces : others);
-        const double all = forces.rowwise().norm().sum(),
-                     off = (others + forces - body.outer_end).rowwise().norm().sum();
-        if (all > 0) largest = std::max(largest, off / all);
+        const Nodes w = world.part_of(b, v);
+        Nodes off = others + forces - body.outer_end;
+        if (!body.springs.empty()) off -= spring_forces(world, body, w);
+        const double all =
+            std::max(forces.rowwise().norm().sum(), of_change * change_of_motion(world, body, w));
+        if (all > 0) largest = std::max(largest, off.rowwise().norm().sum() / all);
     }
     return largest;
 }
@@ -160,7 +177,6 @@ double drag_energy(const WorldState& world, const SteppedBody& body, const Nodes
 }
 
 double drag_error(const WorldState& world, const Eigen::VectorXd& v) {
-    constexpr double of_change = 0.01;
     double largest = 0;
     for (int b = 0; b < world.body_count(); ++b) {
         const SteppedBody& body = world.at(b);
@@ -175,9 +191,7 @@ double drag_error(const WorldState& world, const Eigen::VectorXd& v) {
             off += (now - drag_of(world.step, body, k, w)).rowwise().norm().sum();
             all += now.rowwise().norm().sum();
         }
-        const Nodes change =
-            body.elastic->node_masses().asDiagonal() * (velocity - body.state.v) / world.step.dt;
-        all = std::max(all, of_change * change.rowwise().norm().sum());
+        all = std::max(all, of_change * change_of_motion(world, body, w));
         if (off > 0) largest = std::max(largest, off / all);
     }
     return largest;

@@ -110,6 +110,15 @@ void Targets::set_wind(WorldState& world, int body, int load, const Eigen::Vecto
     winds_[{body, load}] = velocity;
 }
 
+void Targets::forget(WorldState& world) {
+    const auto stay = [&](Motion& motion) {
+        motion.go_to(motion.keyframe_at(world.time), world.time, world.time + 1);
+    };
+    for (const auto& [obstacle, place] : obstacles_) stay(world.obstacles[obstacle].motion);
+    for (const auto& [grip, place] : grips_) stay(world.at(grip.first).grips[grip.second].motion);
+    clear();
+}
+
 void Targets::go(WorldState& world, Barrier& barrier, double dt) const {
     const double end = world.time + dt;
     for (const auto& [obstacle, place] : obstacles_) {

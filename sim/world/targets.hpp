@@ -27,6 +27,8 @@ class Targets {
     void go(WorldState& world, Barrier& barrier, double dt) const;
     /// At the end of the step that has done so.
     void clear() { *this = {}; }
+    /// Before any step has: obstacles and grips stay where they are.
+    void forget(WorldState& world);
 
  private:
     std::map<int, Keyframe> obstacles_{};

@@ -77,7 +77,7 @@ void choose_steps(WorldState& world, JointForces& joints, const LargestTurns& tu
     constexpr double straight =
         0.3;  // radians of a rigid body, beyond which straight ways by earlier rates lead astray
     if (world.config.step.integrator == TimeIntegrator::backward_euler) return;
-    if (turns.rigid > straight || turns.deformable > most_deformable_turn) return;
+    if (turns.rigid.angle > straight || turns.deformable.angle > most_deformable_turn) return;
     world.step = {dt, 1 / TwoStepWeights::end};
     const bool is_known =
         std::ranges::all_of(world.bodies, [](const SteppedBody& body) { return body.before.has_value(); });
@@ -96,12 +96,24 @@ void choose_steps(WorldState& world, JointForces& joints, const LargestTurns& tu
 
 LargestTurns largest_turns(const WorldState& world, double dt) {
     LargestTurns largest;
-    for (const SteppedBody& body : world.bodies) {
+    for (int b = 0; b < world.body_count(); ++b) {
+        const SteppedBody& body = world.at(b);
         if (!world.can_turn(body)) continue;
-        const Eigen::Matrix3d inertia = rigid_inertia(*body.elastic, body.state.x).bottomRightCorner<3, 3>();
-        const Eigen::Vector3d rate = inertia.ldlt().solve(momentum_of(*body.elastic, body.state).angular);
-        double& of_kind = body.elastic->is_rigid() ? largest.rigid : largest.deformable;
-        of_kind = std::max(of_kind, dt * rate.norm());
+        const double angle = dt * angular_velocity(*body.elastic, body.state).norm();
+        LargestTurn& of_kind = body.elastic->is_rigid() ? largest.rigid : largest.deformable;
+        if (angle > of_kind.angle) of_kind = {angle, b};
+    }
+    return largest;
+}
+
+LargestTurn largest_rigid_turn(const WorldState& world, const Eigen::VectorXd& v) {
+    LargestTurn largest;
+    for (int b = 0; b < world.body_count(); ++b) {
+        const SteppedBody& body = world.at(b);
+        if (!body.elastic->is_rigid() || !world.can_turn(body)) continue;
+        const Nodes way = body.start.x + world.step.dt * world.part_of(b, v) - body.state.x;
+        const double angle = angular_velocity(*body.elastic, {.x = body.state.x, .v = way}).norm();
+        if (angle > largest.angle) largest = {angle, b};
     }
     return largest;
 }

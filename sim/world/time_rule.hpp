@@ -10,11 +10,19 @@
 // which momentum. See TimeIntegrator and TwoStepWeights.
 namespace nbd {
 
-/// Radians by which the fastest rigid body turns in a time, and the fastest deformable one that can.
-struct LargestTurns {
-    double rigid = 0, deformable = 0;
+/// By how much the fastest of some bodies turns.
+struct LargestTurn {
+    double angle = 0;  // radians
+    int body = -1;
 };
+/// Of all rigid bodies in a time, and of deformable ones that can turn.
+struct LargestTurns {
+    LargestTurn rigid{}, deformable{};
+};
+/// With the velocities that bodies have.
 LargestTurns largest_turns(const WorldState& world, double dt);
+/// Of rigid bodies in a part whose solution is v.
+LargestTurn largest_rigid_turn(const WorldState& world, const Eigen::VectorXd& v);
 
 /// Sets where the step starts for each body, with what the rates before it add. Where the last step of a body
 /// is not known, or was much shorter, those before it are taken to be as now, of all bodies: two that touch
@@ -23,6 +31,8 @@ void choose_steps(WorldState& world, JointForces& joints, const LargestTurns& tu
 
 /// Radians beyond which a deformable body makes energy in a step of second order.
 constexpr double most_deformable_turn = 0.5;
+/// Beyond which a rigid body is led astray by straight ways.
+constexpr double most_rigid_turn = 0.6;
 
 /// A step from the state of all bodies as it is.
 void begin_backward_euler(WorldState& world, double dt);

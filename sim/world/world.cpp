@@ -341,7 +341,7 @@ void World::restore(const WorldSnapshot& snapshot) {
         const Nodes forces = snapshot.inner_forces.empty() ? Nodes{} : snapshot.inner_forces[b];
         const bool is_known = before.v.size() > 0 || before.inner_forces.size() > 0;
         if (!fits(state.x) || !fits(state.v) || (forces.size() > 0 && !fits(forces)) ||
-            (is_known && !(fits(before.v) && fits(before.inner_forces) && snapshot.dt_before > 0)) ||
+            (is_known && !(fits(before.v) && fits(before.inner_forces) && snapshot.dt_before >= 0)) ||
             (!snapshot.taken_at.empty() && !state_.at(b).could_take(snapshot.taken_at[b])))
             throw std::invalid_argument(fmt::format("world: the snapshot of body {} does not fit it", b));
     }
@@ -366,9 +366,9 @@ void World::restore(const WorldSnapshot& snapshot) {
         for (const Momentum* side : {&load.on_a, &load.on_b})
             if (!side->linear.allFinite() || !side->angular.allFinite())
                 throw std::invalid_argument("world: the snapshot's forces of springs are not finite");
+    targets_.forget(state_);
     reset(snapshot);
     start_is_checked_ = false;
-    targets_.clear();
     reactions_.clear();
     for (SteppedBody& body : state_.bodies) {
         body.contact_forces.setZero();

@@ -172,7 +172,8 @@ class World {
     WorldSnapshot snapshot() const;
 
     /// Continues from a snapshot of a world with the same bodies. What was told for the next step is
-    /// forgotten; what was told before has taken the place of what bodies and joints came with. Throws
+    /// forgotten; what was told before has taken the place of what bodies and joints came with, and driven
+    /// nodes go to their last targets in the next step. Throws
     /// std::invalid_argument where it does not fit the bodies, and changes nothing then.
     void restore(const WorldSnapshot& snapshot);
 
@@ -209,7 +210,6 @@ class World {
     void tell_trouble(WorldReport& report) const;
     PartStart part_start() const;
     void take_back(const PartStart& start);
-    void forget_rates();
     Rejection try_part(const StepPart& part, WorldReport& report);
     void measure(WorldReport& report) const;
 

@@ -74,7 +74,7 @@ struct WorldState {
     std::vector<char> broken{};  // [joints]
     std::vector<Tendon> tendons{};
     double time = 0;       // seconds; in statics the share of the load that has come
-    double dt_before = 0;  // length of the part of a step that led here; 0: none
+    double dt_before = 0;  // length of the part of a step that led here; 0: no guide to the next
     // Of the part of a step that is taken.
     TimeStep step = 0.0;
     Eigen::Vector3d gravity_before = Eigen::Vector3d::Zero();  // as SteppedBody::outer_before

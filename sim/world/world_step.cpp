@@ -17,7 +17,13 @@
 namespace nbd {
 namespace {
 
-constexpr double most_rigid_turn = 0.6;  // radians in a step
+/// Smaller parts tell the motion of a body that turns more.
+Rejection turned_too_far(const WorldState& world, const LargestTurn& turn, double most) {
+    if (!(turn.angle > most)) return {};
+    return {.reason = fmt::format("{} turns by {:.2g} rad in a step, more than {}", world.at(turn.body).name,
+                                  turn.angle, most),
+            .trouble = StepTrouble::newton};
+}
 
 }  // namespace
 
@@ -158,40 +164,31 @@ void World::take_back(const PartStart& start) {
     }
 }
 
-/// Lets bodies go on as if they had always moved as they do now.
-void World::forget_rates() {
-    for (SteppedBody& body : state_.bodies) {
-        if (!body.before || body.inner_forces.rows() == 0) continue;
-        body.before->v = body.state.v;
-        body.before->inner_forces = body.inner_forces;
-    }
-}
-
 /// Advances by one part.
 Rejection World::try_part(const StepPart& part, WorldReport& report) {
     take_nodes();
     const LargestTurns turns = largest_turns(state_, part.dt);
-    for (const auto& [turn, most] :
-         {std::pair(turns.rigid, most_rigid_turn), std::pair(turns.deformable, most_deformable_turn)})
-        if (turn > most && !part.finest)
-            return {.reason =
-                        fmt::format("a body would turn by {:.2g} rad in a step, more than {}", turn, most)};
+    Rejection rejection = turned_too_far(state_, turns.rigid, most_rigid_turn);
+    if (!rejection) rejection = turned_too_far(state_, turns.deformable, most_deformable_turn);
+    if (rejection && !part.finest) return rejection;
     choose_steps(state_, joint_forces_, turns, part.dt);
     tendon_solve_.begin(state_.tendons.size());
-    Rejection rejection = pass_of_ball(state_, part.dt);
+    if (Rejection passes = pass_of_ball(state_, part.dt)) rejection = std::move(passes);
     if (rejection && !part.finest) return rejection;
+    bool is_guide = true;  // to the next part
     try {
         Eigen::VectorXd v;
         barrier().be_exact(false);
         PartSolve solve(part, state_, equations_, barrier(), tendon_solve_, friction_memory_);
         const Rejection unsolved = solve.run(v, report);
         if (unsolved) rejection = unsolved;
+        if (!rejection) rejection = turned_too_far(state_, largest_rigid_turn(state_, v), most_rigid_turn);
         if (rejection && (!part.finest || rejection.fatal)) return rejection;
         // Impulses that do not balance the motion tell nothing of its momentum.
+        is_guide = !solve.was_caught();
         const bool is_solved = !unsolved && report.contacts_settled;
         if (std::string failure = move(part, v, is_solved, report); !failure.empty())
             return {.reason = failure, .fatal = true};
-        if (solve.was_caught()) forget_rates();
         friction_memory_.remember(equations_.solver.rubbed(v));
         if (is_solved) joint_forces_.break_joints(state_, equations_, v);  // else impulses are noise
         if (const std::string fault = joint_fault(state_, equations_.bonds, v);
@@ -203,7 +200,7 @@ Rejection World::try_part(const StepPart& part, WorldReport& report) {
         return {.reason = error.what(), .fatal = true};
     }
     state_.time = part.end;
-    state_.dt_before = part.dt;
+    state_.dt_before = is_guide ? part.dt : 0;
     return rejection;
 }
 

@@ -66,11 +66,17 @@ PhysicsOutcome rigid_slide(const PhysicsCase& c) {
 
 constexpr double swing = 0.5;  // radians
 
-const std::string given_inertia = "given inertia";
+const std::string given_inertia = "given inertia", on_rope = "on a rope", on_tendon = "on a tendon";
 
-/// Of the bar, by its length: how far its centre of mass is from its joint, and its radius of gyration.
-double depth_of(const PhysicsCase& c) { return c.variant == given_inertia ? 0.2 : 0.5; }
+bool hangs(const PhysicsCase& c) { return c.variant == on_rope || c.variant == on_tendon; }
+/// By the size: how far the centre of mass is from its joint, and the radius of gyration, none of what hangs
+/// by its centre.
+double depth_of(const PhysicsCase& c) {
+    if (hangs(c)) return 1;
+    return c.variant == given_inertia ? 0.2 : 0.5;
+}
 double gyration_of(const PhysicsCase& c) {
+    if (hangs(c)) return 0;
     return c.variant == given_inertia ? 0.4 : std::sqrt((1 + 0.01) / 12);
 }
 
@@ -90,8 +96,22 @@ Solid pendulum_bar(const PhysicsCase& c) {
                                   .moments = Matrix3d(Vector3d(of, of, 0.02 * of).asDiagonal())}));
 }
 
-/// A bar on a ball joint at its end.
+/// A cube whose centre hangs on a cord that does not stretch.
+World hanging_world(const PhysicsCase& c) {
+    const Solid cube = rigid_box(c.size * Vector3d(0.1, 0.1, 0.1));
+    const Vector3d start = c.size * Vector3d(-std::sin(swing), 0, -std::cos(swing));
+    World world = world_of(c, config_of(), {cube.at(start)});
+    CordJoint cord{.from = start};
+    cord.pulls_only = c.variant == on_rope;
+    if (c.variant == on_tendon) cord.tension = {{0.0}, {0.0}};
+    world.add_joint({.name = "cord", .kind = cord});
+    if (c.variant == on_tendon) world.add_tendon({.parts = {0}, .winch = {{0.0}, {c.size}}});
+    return world;
+}
+
+/// A bar on a ball joint at its end, or what hangs.
 World pendulum_world(const PhysicsCase& c) {
+    if (hangs(c)) return hanging_world(c);
     const Solid bar = pendulum_bar(c);
     const Matrix3d R = Eigen::AngleAxisd(swing, Vector3d::UnitY()).matrix();
     World world = world_of(c, config_of(), {bar.at(-R.col(2) * c.size / 2, {0, 0, 0}, {0, 0, 0}, R)});
@@ -174,7 +194,7 @@ std::vector<PhysicsCheck> joined_checks() {
         return of;
     };
     PhysicsRange bars = range;
-    bars.variants = {"", given_inertia};
+    bars.variants = {"", given_inertia, on_rope, on_tendon};
     const auto resolved = [](const PhysicsCase& c) {
         return c.dt < pendulum_period(c) / 100 && c.dt > pendulum_period(c) / 20'000;
     };
@@ -182,23 +202,25 @@ std::vector<PhysicsCheck> joined_checks() {
         const double time = std::sqrt(c.size / standard_gravity);
         return c.dt < 0.1 * time && c.dt > 1e-3 * time;
     };
-    return {{"rigid_tumble", "A rigid box tumbles as Euler's equations say, for two radians.",
-             "error of its orientation", 0.05, all_cases(with({0.01, 0.05}, FarBody::each), 7), rigid_tumble,
-             "radians a step"},
-            {"rigid_slide", "A rigid box slides down a slope of 0.35 rad with g (sin - mu cos).",
-             "acceleration, m/s2", 0.01, all_cases(with({0.1, 0.3}, FarBody::each), 9), rigid_slide,
-             "coefficient of friction"},
-            {"rigid_pendulum",
-             "A rigid bar on a ball joint swings by half a radian with the period of the elliptic integral.",
-             "period, s", 0.005, all_cases(bars, 5, resolved), pendulum},
-            {"rigid_pendulum_energy", "In three swings it keeps its energy.", "change, by that of a swing",
-             0.02, all_cases(bars, 5, resolved), pendulum_energy},
-            {"chain_energy",
-             "A chain of rigid links that swings down gains no energy, in steps below sqrt(L / g) / 10.",
-             "gain, by the energy of its fall", 0.02, all_cases(with({1, 100}, FarBody::some), 5, links),
-             chain_energy, "mass of the last over that of all others"},
-            {"joined_spin", "Two bodies on a joint that turn about each other keep their angular momentum.",
-             "change over the whole", 1e-3, all_cases(range, 5), joined_spin}};
+    return {
+        {"rigid_tumble", "A rigid box tumbles as Euler's equations say, for two radians.",
+         "error of its orientation", 0.05, all_cases(with({0.01, 0.05}, FarBody::each), 7), rigid_tumble,
+         "radians a step"},
+        {"rigid_slide", "A rigid box slides down a slope of 0.35 rad with g (sin - mu cos).",
+         "acceleration, m/s2", 0.01, all_cases(with({0.1, 0.3}, FarBody::each), 9), rigid_slide,
+         "coefficient of friction"},
+        {"rigid_pendulum",
+         "A rigid bar on a ball joint, or a body on a cord, swings by half a radian with the period of the "
+         "elliptic integral.",
+         "period, s", 0.005, all_cases(bars, 5, resolved), pendulum},
+        {"rigid_pendulum_energy", "In three swings it keeps its energy.", "change, by that of a swing", 0.02,
+         all_cases(bars, 5, resolved), pendulum_energy},
+        {"chain_energy",
+         "A chain of rigid links that swings down gains no energy, in steps below sqrt(L / g) / 10.",
+         "gain, by the energy of its fall", 0.02, all_cases(with({1, 100}, FarBody::some), 5, links),
+         chain_energy, "mass of the last over that of all others"},
+        {"joined_spin", "Two bodies on a joint that turn about each other keep their angular momentum.",
+         "change over the whole", 1e-3, all_cases(range, 5), joined_spin}};
 }
 
 }  // namespace nbd

@@ -154,6 +154,24 @@ TEST(Targets, AreForgottenWhereASnapshotIsRestored) {
     EXPECT_NEAR(world.joint_value(0), 0, 1e-9);
 }
 
+/// What was told to go stays where it was when it was told, in the steps after the snapshot, too.
+TEST(Targets, OfObstaclesAndGripsAreForgottenWhereASnapshotIsRestored) {
+    const Model block = rigid_block();
+    World world(without_gravity());
+    WorldBody body = block.at({0, 0, 0.06});
+    body.grips = {{.nodes = {0, 1, 2, 3}}};
+    world.add_body(std::move(body));
+    world.add_obstacle({.shape = PlaneShape{}});
+    ASSERT_EQ(world.step(dt).failure, "");
+    const WorldSnapshot start = world.snapshot();
+    const Nodes x = start.bodies[0].x;
+    world.move_obstacle(0, {.translation = {0, 0, 2}});
+    world.move_grip(0, 0, {.translation = {0, 0, 1}});
+    world.restore(start);
+    for (int step = 0; step < 20; ++step) ASSERT_EQ(world.step(dt).failure, "");
+    EXPECT_LT((world.snapshot().bodies[0].x - x).norm(), 1e-9);
+}
+
 TEST(Targets, RefuseWhatIsNotThere) {
     const Model block = rigid_block();
     World world(without_gravity());

@@ -416,6 +416,35 @@ TEST(Winch, TakesUpWhatItCatchesWithoutARebound) {
         }
 }
 
+/// So do the limits of sliders and hinges: what runs into them stops there.
+TEST(Winch, LimitsStopWhatRunsIntoThem) {
+    for (const auto& [size, dt] : {std::pair(0.002, 1e-3), std::pair(0.1, 2e-2), std::pair(5.0, 2e-2)})
+        for (const double steps : {2.05, 2.4, 2.6, 2.95})
+            for (const bool is_hinge : {false, true}) {
+                const Model model = rigid_block({size, size, size});
+                World world(without_gravity());
+                const double rate = is_hinge ? 0.05 / dt : 0.05 * size / dt;  // rad/s or m/s
+                WorldBody body = model.at({0, 0, 0});
+                if (is_hinge)
+                    for (Eigen::Index i = 0; i < body.state.v.rows(); ++i)
+                        body.state.v.row(i) = rate * Vector3d::UnitZ().cross(Vector3d(body.state.x.row(i)));
+                else
+                    body.state.v.col(0).setConstant(rate);
+                world.add_body(std::move(body));
+                const JointFreedom freedom{.least = is_hinge ? -1 : -size, .most = steps * dt * rate};
+                if (is_hinge)
+                    world.add_joint({.name = "j", .kind = HingeJoint{.axis = {0, 0, 1}, .angle = freedom}});
+                else
+                    world.add_joint({.name = "j", .kind = SliderJoint{.axis = {1, 0, 0}, .way = freedom}});
+                const auto energy = [&] {
+                    return kinetic_energy(world.elastic(0), world.snapshot().bodies[0].v);
+                };
+                const double first = energy();
+                for (int step = 0; step < 12; ++step) ASSERT_EQ(world.step(dt).failure, "");
+                EXPECT_LT(energy(), 1e-3 * first) << size << ' ' << steps << ' ' << is_hinge;
+            }
+}
+
 TEST(Winch, RefusesLengthsThatHaveNoMeaning) {
     const Model model = rigid_block({0.1, 0.1, 0.1});
     const auto error = [&](const CordJoint& cord) {
