@@ -70,8 +70,10 @@ std::string ReactionTable::columns() {
 void ReactionTable::add(std::span<const RecordedReaction> rows) {
     for (const RecordedReaction& row : rows) {
         std::string line;
-        for (const ReactionColumn& column : reaction_columns)
-            line += (line.empty() ? "" : ",") + csv_cells(column, row, spec_);
+        for (const ReactionColumn& column : reaction_columns) {
+            if (!line.empty()) line += ',';
+            line += csv_cells(column, row, spec_);
+        }
         file_.out() << line << '\n';
     }
 }

@@ -44,11 +44,13 @@ double set_inertia(TetMesh& tets, const RigidInertia& inertia) {
                           centre = inertia.centre.value_or(even_centre);
     Eigen::Matrix3d spread = evenly.topLeftCorner<3, 3>() - even_centre * even_centre.transpose();
     if (inertia.moments) {
-        const Eigen::Matrix3d& I = *inertia.moments;
+        constexpr double rounding = 1e-9;
+        const Eigen::Matrix3d &given = *inertia.moments, I = (given + given.transpose()) / 2;
+        if (!given.allFinite() || (given - I).norm() > rounding * I.norm())
+            throw std::invalid_argument("moments that are not finite, or no symmetric matrix");
         const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(I);
         const Eigen::Vector3d principal = solver.eigenvalues();  // ascending
-        constexpr double rounding = 1e-9;
-        if (!I.allFinite() || I != I.transpose() || !(principal[0] > rounding * principal[2]) ||
+        if (!(principal[0] > rounding * principal[2]) ||
             principal[2] > (1 + rounding) * (principal[0] + principal[1]))
             throw std::invalid_argument(
                 fmt::format("principal moments {:.6g}, {:.6g} and {:.6g} kg m2; allowed: more than 0, none "

@@ -109,7 +109,7 @@ std::vector<std::string> scene_body_warnings(const SceneSpec& spec, std::span<co
         try {
             const BodyMaterials materials = scene_materials(spec.bodies[b], bodies[b]);
             add(b, locking_hint(body.tets, materials.material, materials.regions));
-            if (!is_rigid(body.tets) && spec.step.newton_iterations == 1)
+            if (!is_rigid(body.tets) && spec.step.newton_iterations == 1 && !spec.time.statics)
                 add(b, load_hint(spec.bodies[b], materials));
         } catch (const std::invalid_argument&) {  // a problem of its own
         }

@@ -24,6 +24,15 @@ def test_numbers_that_are_not_finite_are_told_by_their_key(beam, value):
         nbd.World(scene_of(beam, transform={"translate": [0, value, 0]}))
 
 
+def test_what_holds_itself_and_bytes_are_told(beam):
+    endless = scene_of(beam)
+    endless["bodies"][0]["material"] = endless
+    with pytest.raises(ValueError, match=r"bodies\[0\]\.material: lies in 10\d others; allowed: at most 100$"):
+        nbd.World(endless)
+    with pytest.raises(ValueError, match=r"^bodies\[0\]\.velocity: is of the type bytes; allowed: "):
+        nbd.World(scene_of(beam, velocity=b"abc"))
+
+
 def test_what_json_has_not_is_told_by_its_key(beam):
     with pytest.raises(ValueError, match=r"^bodies\[0\]\.velocity: is of the type complex; allowed: "):
         nbd.World(scene_of(beam, velocity=1j))

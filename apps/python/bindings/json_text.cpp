@@ -10,8 +10,11 @@ namespace {
 
 namespace py = pybind11;
 
+constexpr int deepest =
+    100;  // levels of lists and dictionaries in each other; one that holds itself has no end
+
 /// The same of what JSON has. path: of the value, for messages.
-py::object plain(py::handle value, const std::string& path) {
+py::object plain(py::handle value, const std::string& path, int level = 0) {
     const auto refuse = [&](const std::string& what) {
         throw std::invalid_argument(fmt::format("{}: {}", path.empty() ? "the dictionary" : path, what));
     };
@@ -23,7 +26,8 @@ py::object plain(py::handle value, const std::string& path) {
         if (!std::isfinite(number)) refuse(fmt::format("is {}; allowed: finite numbers", number));
         return py::float_(number);
     }
-    if (py::hasattr(value, "tolist")) return plain(value.attr("tolist")(), path);
+    if (level > deepest) refuse(fmt::format("lies in {} others; allowed: at most {}", level, deepest));
+    if (py::hasattr(value, "tolist")) return plain(value.attr("tolist")(), path, level + 1);
     if (py::hasattr(value, "__fspath__")) return value.attr("__fspath__")();
     if (py::hasattr(value, "keys")) {
         py::dict result;
@@ -31,14 +35,15 @@ py::object plain(py::handle value, const std::string& path) {
             if (!py::isinstance<py::str>(key))
                 refuse(fmt::format("has the key {}; allowed: texts", std::string(py::repr(key))));
             const auto name = key.cast<std::string>();
-            result[key] = plain(value[key], path.empty() ? name : path + "." + name);
+            result[key] = plain(value[key], path.empty() ? name : path + "." + name, level + 1);
         }
         return result;
     }
-    if (py::isinstance<py::sequence>(value)) {
+    if (py::isinstance<py::sequence>(value) && !py::isinstance<py::bytes>(value)) {
         py::list result;
         std::size_t index = 0;
-        for (const py::handle item : value) result.append(plain(item, fmt::format("{}[{}]", path, index++)));
+        for (const py::handle item : value)
+            result.append(plain(item, fmt::format("{}[{}]", path, index++), level + 1));
         return result;
     }
     refuse(fmt::format("is of the type {}; allowed: what JSON has, arrays of numpy and paths",
