@@ -10,9 +10,12 @@
 #include <stdexcept>
 #include <utility>
 
+#include "collision/base/stop.hpp"
 #include "collision/geometry/far_origin.hpp"
+#include "meshing/body/enclose.hpp"
 #include "meshing/body/make_body.hpp"
 #include "meshing/remesh/remesh.hpp"
+#include "meshing/surface/material_fill.hpp"
 #include "meshing/surface/solid_boundary.hpp"
 #include "meshing/tets/order_by_place.hpp"
 #include "sim/fem/bending_error.hpp"
@@ -112,6 +115,20 @@ TriMesh remeshed(const std::filesystem::path& path, const TriMesh& surface, doub
     return coarse.mesh;
 }
 
+/// Lets the tetrahedra have the mass and stiffness of the solid that a surface bounds, where they reach
+/// beyond it.
+void take_fill(MeshedFile& meshed, const TriMesh& surface) {
+    constexpr double rounding = 1e-9;  // of what a tetrahedron holds
+    TetMesh& tets = meshed.body.tets;
+    tets.fill = material_fill(tets, surface);
+    bool is_full = true;
+    for (Eigen::Index t = 0; t < tets.T.rows(); ++t) is_full = is_full && tets.filled(t) > 1 - rounding;
+    if (is_full)
+        tets.fill.resize(0, 10);
+    else
+        meshed.solid = surface;
+}
+
 }  // namespace
 
 MeshedFile body_within(const std::filesystem::path& path, const TriMesh& surface,
@@ -122,13 +139,16 @@ MeshedFile body_within(const std::filesystem::path& path, const TriMesh& surface
     out.text(fmt::format("gmsh: grading {:.4g} after {} run(s)", filled.grading, filled.runs));
     if (filled.optimization.poor_before > 0) out.text(describe(filled.optimization));
     out.work("making the body");
-    filled.tets = as_elements(std::move(filled.tets), config.elements);
-    order_by_place(filled.tets);
     try {
-        return {make_body(path.stem().string(), surface, std::move(filled.tets), config.material,
-                          config.levels, config.scheme),
-                filled.optimization,
-                {}};
+        if (config.edge > 0) enclose(filled.tets, surface.X);
+        filled.tets = as_elements(std::move(filled.tets), config.elements);
+        order_by_place(filled.tets);
+        MeshedFile result{make_body(path.stem().string(), surface, std::move(filled.tets), config.material,
+                                    config.levels, config.scheme),
+                          filled.optimization,
+                          {}};
+        if (config.edge > 0) take_fill(result, surface);
+        return result;
     } catch (const std::invalid_argument& error) {
         if (config.edge == 0) throw;
         throw std::invalid_argument(
@@ -150,13 +170,15 @@ constexpr int most_tets_searched = 8000;
 
 /// Shortens the edges of quadratic tetrahedra until they bend as rightly as is asked for.
 MeshedFile searched_edge(const std::filesystem::path& path, const TriMesh& surface, MeshFileConfig config,
-                         const Output& out) {
-    constexpr int rounds = 12, most_tets = most_tets_searched;
+                         double error, const Output& out) {
+    constexpr int rounds = 12, most_tets = most_tets_searched, most_refused = 3;
     config.elements = Elements::quadratic;
     // The thickness of a beam, twice that of a plate.
     config.edge = 4 * enclosed_volume(surface) / area(surface.X, surface.F);
     std::string last;
-    for (int round = 0; round < rounds; ++round) {
+    int refused = 0;
+    for (int round = 0; round < rounds && refused < most_refused; ++round) {
+        stop_if_asked();
         try {
             if (const double faces = remeshed_faces(surface, config.edge); faces > most_tets) {
                 last += fmt::format("{}edges of {:.3g} m give {:.0f} triangles, allowed: {} tetrahedra",
@@ -171,29 +193,33 @@ MeshedFile searched_edge(const std::filesystem::path& path, const TriMesh& surfa
                 break;
             }
             out.work("estimating how rightly it bends");
-            body.bending_error = bending_error(body, 8 * most_tets);
+            body.bending_error = bending_error(body, 8 * most_tets, result.solid_in_tets());
             if (!body.bending_error) throw std::invalid_argument("its error cannot be estimated");
-            if (*body.bending_error <= config.error) return result;
+            if (*body.bending_error <= error) return result;
             last = fmt::format("edges of {:.3g} m leave {:.2g}", config.edge, *body.bending_error);
-            config.edge *= std::clamp(0.9 * std::sqrt(config.error / *body.bending_error), 0.5, 0.9);
-        } catch (const std::invalid_argument& error) {  // other edges may do
-            last = error.what();
+            config.edge *= std::clamp(0.9 * std::sqrt(error / *body.bending_error), 0.5, 0.9);
+        } catch (const std::invalid_argument& failure) {  // other edges may do
+            last = failure.what();
+            ++refused;
             config.edge *= 0.75;
         }
     }
-    throw std::invalid_argument(
-        fmt::format("no tetrahedra bend to an error of {:.2g}: {}; choose a larger error, or --edge",
-                    config.error, last));
+    throw std::invalid_argument(fmt::format(
+        "no tetrahedra bend to an error of {:.2g}: {}; choose a larger error, or --edge", error, last));
 }
 
-/// Likewise, with more and more nodes in a cage.
+}  // namespace
+
 MeshedFile searched_cage(const std::filesystem::path& path, const TriMesh& surface, MeshFileConfig config,
-                         const Output& out) {
+                         double error, const std::string& why, const Output& out) {
     constexpr int rounds = 16;
+    out.text(fmt::format("in a cage, as it is not filled: {}", why));
+    if (config.levels > 0) out.warning("--subdivide has no effect on a body in a cage");
     config.cage = min_cage_nodes;
     std::string last;
     int most_that_fit = 0, least_too_many = most_tets_searched;  // corners
     for (int round = 0; round < rounds && least_too_many > 1.1 * most_that_fit; ++round) {
+        stop_if_asked();
         double more = 1.5;
         try {
             MeshedFile result = in_cage(path, surface, config, Elements::quadratic, out);
@@ -205,42 +231,34 @@ MeshedFile searched_cage(const std::filesystem::path& path, const TriMesh& surfa
             }
             most_that_fit = config.cage;
             out.work("estimating how rightly it bends");
-            body.bending_error = bending_error(body, 8 * most_tets_searched, &result.solid);
+            body.bending_error = bending_error(body, 8 * most_tets_searched, result.solid_in_tets());
             if (!body.bending_error) throw std::invalid_argument("its error cannot be estimated");
-            if (*body.bending_error <= config.error) return result;
+            if (*body.bending_error <= error) {
+                out.text(describe(*result.cage));
+                return result;
+            }
             last = fmt::format("a cage of {} leaves {:.2g}", config.cage, *body.bending_error);
-            more = std::clamp(1.2 * std::pow(*body.bending_error / config.error, 0.75), 1.3, 4.0);
-        } catch (const std::invalid_argument& error) {  // more nodes may do
-            last = error.what();
+            more = std::clamp(1.2 * std::pow(*body.bending_error / error, 0.75), 1.3, 4.0);
+        } catch (const std::invalid_argument& failure) {  // more nodes may do
+            last = failure.what();
         }
         config.cage =
             std::min(static_cast<int>(std::lround(more * config.cage)), (config.cage + least_too_many) / 2);
     }
     throw std::invalid_argument(fmt::format(
         "no cage of at most {} tetrahedra bends to an error of {:.2g}: {}; choose a larger error, or --cage N",
-        most_tets_searched, config.error, last));
+        most_tets_searched, error, last));
 }
 
-}  // namespace
-
-MeshedFile searched(const std::filesystem::path& path, TriMesh surface, const MeshFileConfig& config,
-                    const Output& out) {
-    const Eigen::Vector3d origin = far_origin(surface.X, surface.F);
-    surface.X.rowwise() -= origin.transpose();
-    tell_origin(origin, out);
-    MeshedFile result;
+MeshedFile searched(const std::filesystem::path& path, const TriMesh& surface, const MeshFileConfig& config,
+                    double error, const Output& out) {
+    std::string why;
     try {
-        const SolidBoundary boundary = make_solid_boundary(surface);
-        out.text(fmt::format("surface: {}", describe(boundary.report)));
-        result = searched_edge(path, boundary.mesh, config, out);
-    } catch (const std::invalid_argument& error) {
-        out.text(fmt::format("in a cage, as it is not filled: {}", error.what()));
-        if (config.levels > 0) out.warning("--subdivide has no effect on a body in a cage");
-        result = searched_cage(path, surface, config, out);
-        out.text(describe(*result.cage));
+        return searched_edge(path, surface, config, error, out);
+    } catch (const std::invalid_argument& failure) {
+        why = failure.what();
     }
-    result.body.origin += origin;
-    return result;
+    return searched_cage(path, surface, config, error, why, out);
 }
 
 }  // namespace nbd

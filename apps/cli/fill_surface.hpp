@@ -23,10 +23,13 @@ MeshedFile body_within(const std::filesystem::path& path, const TriMesh& surface
 MeshedFile in_cage(const std::filesystem::path& path, TriMesh surface, const MeshFileConfig& config,
                    Elements elements, const Output& out);
 
-/// Quadratic tetrahedra that bend as rightly as MeshFileConfig::error asks for: within the surface, by
-/// shorter and shorter edges, or else in a cage, with more and more nodes. Throws std::invalid_argument if no
-/// tetrahedra of the largest number do.
-MeshedFile searched(const std::filesystem::path& path, TriMesh surface, const MeshFileConfig& config,
-                    const Output& out);
+/// Quadratic tetrahedra that bend with at most this error, in a cage with more and more nodes. why: there is
+/// one, for a line. Throws std::invalid_argument if no tetrahedra of the largest number do.
+MeshedFile searched_cage(const std::filesystem::path& path, const TriMesh& surface, MeshFileConfig config,
+                         double error, const std::string& why, const Output& out);
+
+/// The same within a closed surface, by shorter and shorter edges, or else in a cage.
+MeshedFile searched(const std::filesystem::path& path, const TriMesh& surface, const MeshFileConfig& config,
+                    double error, const Output& out);
 
 }  // namespace nbd

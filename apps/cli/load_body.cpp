@@ -54,10 +54,11 @@ std::vector<std::filesystem::path> scene_inputs(const SceneSpec& spec) {
 
 std::shared_ptr<const Body> SceneFiles::body(const SceneBody& spec, const Output& out) {
     const SceneMeshing& m = spec.meshing;
-    const std::string key = fmt::format(
-        "{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}", spec.file.string(), static_cast<int>(spec.source),
-        m.tets.nodes, m.tets.grading, m.edge, m.scale, m.stretch.x(), m.stretch.y(), m.stretch.z(), m.weld,
-        m.levels, static_cast<int>(m.scheme), m.elements ? static_cast<int>(*m.elements) : -1, m.rigid);
+    const std::string key =
+        fmt::format("{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}", spec.file.string(),
+                    static_cast<int>(spec.source), m.tets.nodes, m.tets.grading, m.edge, m.scale,
+                    m.stretch.x(), m.stretch.y(), m.stretch.z(), m.weld, m.levels, static_cast<int>(m.scheme),
+                    m.error.value_or(-1), m.elements ? static_cast<int>(*m.elements) : -1, m.rigid);
     const auto known = bodies_.find(key);
     if (known != bodies_.end()) return known->second;
     const MeshFileConfig config{m};

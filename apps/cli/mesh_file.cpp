@@ -115,6 +115,31 @@ void take_groups(Body& body, TriMesh surface, const std::vector<FaceGroup>& grou
         out.text(fmt::format("group \"{}\": {} faces", group.name, group.faces.size()));
 }
 
+/// Within a surface, or in a cage where nothing within it bends rightly. Where that was not asked for, but is
+/// usual, the surface has to be closed, and is filled as it is where nothing bends rightly.
+MeshedFile filled(const std::filesystem::path& path, const TriMesh& surface, const MeshFileConfig& config,
+                  const Output& out) {
+    const double allowed = config.error_to_search_for();
+    const bool is_asked = allowed > 0 && config.error;
+    SolidBoundary boundary;
+    try {
+        boundary = solid_boundary_of(surface);
+    } catch (const std::invalid_argument& error) {
+        if (!is_asked) throw;
+        return searched_cage(path, surface, config, allowed, error.what(), out);
+    }
+    out.text(fmt::format("surface: {}", describe(boundary.report)));
+    if (allowed == 0) return body_within(path, boundary.mesh, config, out);
+    try {
+        return searched(path, boundary.mesh, config, allowed, out);
+    } catch (const std::invalid_argument& error) {
+        if (is_asked) throw;
+        out.warning(
+            fmt::format("{}: {}; so linear ones have its own triangles", path.string(), error.what()));
+        return body_within(path, boundary.mesh, config, out);
+    }
+}
+
 /// Of a surface that has its size. path: for messages.
 MeshedFile body_of(const std::filesystem::path& path, TriMesh surface, const MeshFileConfig& config,
                    const Output& out) {
@@ -145,13 +170,10 @@ MeshedFile body_of(const std::filesystem::path& path, TriMesh surface, const Mes
         out.work("checking the surface");
         if (config.rigid)
             return {rigid_body_of(path, std::move(surface), config.material.density, config, out), {}, {}};
-        if (config.error > 0) return searched(path, surface, config, out);
         const Eigen::Vector3d origin = far_origin(surface.X, surface.F);
         surface.X.rowwise() -= origin.transpose();
         tell_origin(origin, out);
-        const SolidBoundary boundary = solid_boundary_of(std::move(surface));
-        out.text(fmt::format("surface: {}", describe(boundary.report)));
-        MeshedFile result = body_within(path, boundary.mesh, config, out);
+        MeshedFile result = filled(path, surface, config, out);
         result.body.origin += origin;
         return result;
     } catch (const std::invalid_argument& error) {

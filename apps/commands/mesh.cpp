@@ -29,6 +29,7 @@ struct MeshArguments {
     std::string input, output, scheme = "midpoint", law{name(MaterialLaw::corotated)}, elements, units = "m";
     std::vector<std::string> regions;
     std::vector<double> stretch;  // three factors, or none
+    std::optional<double> grading;
     MeshFileConfig config;
     std::function<void()> check_options{};  // refuses those that the input takes no notice of
 };
@@ -127,6 +128,10 @@ void run(const MeshArguments& arguments, Output& out) {
         throw CLI::ValidationError("--region",
                                    "is for groups of tetrahedra, but " + arguments.input + " is a surface");
     config.rigid = arguments.elements == "rigid";
+    if (arguments.grading) {
+        config.tets.grading = *arguments.grading;
+        if (!config.error) config.error = 0;
+    }
     if (!arguments.elements.empty() && !config.rigid)
         config.elements = arguments.elements == "linear" ? Elements::linear : Elements::quadratic;
     config.scheme = arguments.scheme == "loop" ? SubdivisionScheme::loop : SubdivisionScheme::midpoint;
@@ -153,8 +158,7 @@ void run(const MeshArguments& arguments, Output& out) {
     } else {
         out.work("estimating how rightly it bends");
         constexpr int most_tets = 24'000;
-        if (!body.bending_error)
-            body.bending_error = bending_error(body, most_tets, meshed.cage ? &meshed.solid : nullptr);
+        if (!body.bending_error) body.bending_error = bending_error(body, most_tets, meshed.solid_in_tets());
         out.text(
             body.bending_error
                 ? fmt::format("bends {:.2g} % too little, as richer elements tell", 100 * *body.bending_error)
@@ -215,32 +219,36 @@ std::vector<CLI::Option*> add_material_options(CLI::App& command, MeshArguments&
 }
 
 /// Options of the tetrahedra that fill a surface, which a cage, and tetrahedra of another body, exclude.
-std::vector<CLI::Option*> add_filling_options(CLI::App& command, MeshFileConfig& config) {
+std::vector<CLI::Option*> add_filling_options(CLI::App& command, MeshArguments& arguments) {
+    MeshFileConfig& config = arguments.config;
     CLI::Option* const nodes =
         command
             .add_option(
                 "--nodes", config.tets.nodes,
-                "Target number of the tetrahedra's corners, met within 5 %; 0: determined by --grading")
+                "Target number of the corners of tetrahedra that have the surface's own triangles, met within 5 %; "
+                "0: determined by --grading")
             ->capture_default_str()
             ->check(whole_number(0, 100'000'000));
     CLI::Option* const edge =
         command
             .add_option("--edge", config.edge,
                         "How long the tetrahedra's edges are at the surface, metres (after --scale); its "
-                        "triangles are then the collision surface alone. Default: as long as those of the "
-                        "triangles")
+                        "triangles are then the collision surface alone")
             ->check(between(least_constant, max_constant))
             ->excludes(nodes);
-    CLI::Option* const error = command
-                                   .add_option("--error", config.error,
-                                               "Search for quadratic tetrahedra that bend with at most this "
-                                               "error, such as 0.03, estimated by finer ones")
-                                   ->check(between(1e-4, 0.5))
-                                   ->excludes(nodes)
-                                   ->excludes(edge);
+    CLI::Option* const error =
+        command
+            .add_option("--error", config.error,
+                        "Search for quadratic tetrahedra that bend with at most this "
+                        "error, estimated by finer ones; default: 0.03, unless sizes or "
+                        "elements are told")
+            ->check(between(1e-4, 0.5))
+            ->excludes(nodes)
+            ->excludes(edge);
     return {nodes, edge, error,
-            command.add_option("--grading", config.tets.grading, "How fast tetrahedra grow inward")
-                ->capture_default_str()
+            command
+                .add_option("--grading", arguments.grading,
+                            fmt::format("How fast tetrahedra grow inward; default: {}", config.tets.grading))
                 ->check(between(0, 2))};
 }
 
@@ -275,7 +283,7 @@ void add_mesh(CLI::App& app, Output& out) {
             "body file (.h5), of which the tetrahedra and the material are taken")
         ->required();
     command.add_option("-o,--output", arguments.output, "Body file to write")->required();
-    std::vector<CLI::Option*> of_filling = add_filling_options(command, config);
+    std::vector<CLI::Option*> of_filling = add_filling_options(command, arguments);
     const std::vector<CLI::Option*> of_material = add_material_options(command, arguments),
                                     of_surface = add_surface_options(command, arguments);
     command
@@ -293,10 +301,12 @@ void add_mesh(CLI::App& app, Output& out) {
         ->check(between(least_constant, max_constant));
     CLI::Option* elements =
         command
-            .add_option("--elements", arguments.elements,
-                        "Tetrahedra: linear, with nodes at their corners, or quadratic, with nodes at their "
-                        "edges, too, which bend rightly where they are coarse and do not lock; or rigid: no "
-                        "tetrahedra, a body that never deforms; default: as in the file, linear in a surface")
+            .add_option(
+                "--elements", arguments.elements,
+                "Tetrahedra: linear, with nodes at their corners, or quadratic, with nodes at their "
+                "edges, too, which bend rightly where they are coarse and do not lock; or rigid: no "
+                "tetrahedra, a body that never deforms; default: as in the file; in a surface those of --error, or linear ones "
+                "with its own triangles where --nodes or --grading is told")
             ->check(one_of({"linear", "quadratic", "rigid"}));
     CLI::Option* weld =
         command

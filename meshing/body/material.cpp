@@ -45,7 +45,7 @@ void check_material(const Material& m) {
     const auto is_damping = [](double value) { return value >= 0 && value <= max_constant; };
     require(is_positive(m.young), "Young's modulus", m.young, "between 1e-30 and 1e30 Pa");
     require(m.poisson >= least_poisson && m.poisson <= max_poisson, "Poisson's ratio", m.poisson,
-            "between -0.999 and 0.499");
+            "between -0.999 and 0.4999");
     require(is_positive(m.density), "density", m.density, "between 1e-30 and 1e30 kg/m3");
     require(is_damping(m.rayleigh_mass), "Rayleigh mass damping", m.rayleigh_mass, "between 0 and 1e30 1/s");
     require(is_damping(m.rayleigh_stiffness), "Rayleigh stiffness damping", m.rayleigh_stiffness,

@@ -14,7 +14,7 @@ constexpr double least_constant = 1e-30, max_constant = 1e30;
 
 /// Allowed range of Poisson's ratio. At -1 and 0.5 a linear material is infinitely stiff; close to them
 /// eigensolvers fail and four-node tetrahedra lock.
-constexpr double least_poisson = -0.999, max_poisson = 0.499;
+constexpr double least_poisson = -0.999, max_poisson = 0.4999;
 
 /// How stress follows from strain. All laws agree for small strains.
 enum class MaterialLaw {

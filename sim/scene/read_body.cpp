@@ -23,7 +23,7 @@ MaterialChange read_elasticity(JsonObject& from) {
     material.law = material_law(from.choice("law", "", laws));
     material.young = from.optional_number("young", positive_number);
     material.poisson =
-        from.optional_number("poisson", {least_poisson, max_poisson, "between -0.999 and 0.499"});
+        from.optional_number("poisson", {least_poisson, max_poisson, "between -0.999 and 0.4999"});
     material.density = from.optional_number("density", positive_number);
     return material;
 }
@@ -57,6 +57,9 @@ SceneMeshing read_meshing(JsonObject from, BodySource source) {
     meshing.tets.nodes = from.integer("nodes", 0, {0, 1e8, "between 0 and 100000000"});
     meshing.tets.grading = from.number("grading", meshing.tets.grading, {0, 2, "between 0 and 2"});
     meshing.edge = from.number("edge", meshing.edge, not_negative);
+    meshing.error = from.optional_number("error", {1e-4, 0.5, "between 0.0001 and 0.5"}).value_or(0);
+    for (const char* key : {"nodes", "edge", "elements"})
+        if (meshing.error > 0 && from.has(key)) from.problem(key, "must not be beside \"error\"");
     if (meshing.edge > 0 && meshing.tets.nodes > 0) from.problem("nodes", "must not be beside \"edge\"");
     const std::string elements = from.choice("elements", "linear", {"linear", "quadratic", "rigid"});
     meshing.rigid = elements == "rigid";
@@ -72,10 +75,10 @@ SceneMeshing read_meshing(JsonObject from, BodySource source) {
     if (from.choice("subdivision", "midpoint", {"midpoint", "loop"}) == "loop")
         meshing.scheme = SubdivisionScheme::loop;
     if (source == BodySource::tets)
-        for (const char* key : {"edge", "nodes", "grading", "weld"})
+        for (const char* key : {"edge", "error", "nodes", "grading", "weld"})
             if (from.has(key))
                 from.problem(key, "applies to surfaces only; given tetrahedra are not remeshed");
-    for (const char* key : {"edge", "nodes", "grading"})
+    for (const char* key : {"edge", "error", "nodes", "grading"})
         if (meshing.rigid && from.has(key))
             from.problem(key, "is not for rigid bodies, which have four nodes");
     from.finish();

@@ -70,9 +70,15 @@ enum class BodySource {
     tets,     // tetrahedra made by another program
 };
 
+/// What bending_error() a body of a surface has at most where nothing is said of its tetrahedra.
+inline constexpr double usual_bending_error = 0.03;
+
 /// Settings for filling a surface and refining the collision surface.
 struct SceneMeshing {
     TetrahedralizeConfig tets;
+    /// Of a surface: the bending_error() to which quadratic tetrahedra are searched for; 0: none are. Empty:
+    /// see error_to_search_for().
+    std::optional<double> error{};
     double edge = 0;                     // of tetrahedra at the surface, metres; 0: the surface's own
     std::optional<Elements> elements{};  // empty: as in the file; linear ones in a surface
     bool rigid = false;                  // see make_rigid_body()
@@ -82,6 +88,12 @@ struct SceneMeshing {
     int levels = 0;                                     // subdivision levels
     SubdivisionScheme scheme = SubdivisionScheme::midpoint;
 
+    /// `error`; without it usual_bending_error where nothing is said of the tetrahedra of a surface, else 0.
+    double error_to_search_for() const noexcept {
+        const bool is_told =
+            tets.nodes > 0 || tets.grading != TetrahedralizeConfig{}.grading || edge > 0 || elements;
+        return error.value_or(is_told ? 0 : usual_bending_error);
+    }
     /// Positions of the file in metres, scaled and stretched. X: [n, 3].
     Nodes sized(const Nodes& X) const { return X * (scale * stretch).asDiagonal(); }
 };

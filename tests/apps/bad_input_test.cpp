@@ -171,7 +171,7 @@ TEST_F(BadInputTest, RejectsInvalidCommandLines) {
         {"mesh two.mesh -q -o x.h5 --region core:young=1e6", 1,
          "two.mesh: it has no group \"core\" of tetrahedra; allowed: group 1, group 2"},
         {"mesh two.mesh -q -o x.h5 --region 'group 1:poisson=0.7'", 1,
-         "two.mesh: region \"group 1\": Poisson's ratio is 0.7; allowed: between -0.999 and 0.499"},
+         "two.mesh: region \"group 1\": Poisson's ratio is 0.7; allowed: between -0.999 and 0.4999"},
         {"modes box.h5 --csv ''", 2, "--csv: must not be empty"},
     });
 }
@@ -194,7 +194,7 @@ TEST_F(BadInputTest, RejectsNumbersOutOfRange) {
         {mesh + "--scale 1e308", 2, "--scale: is '1e308'; allowed: a number >= 1e-30 and <= 1e+30"},
         {mesh + "--rayleigh-stiffness 1e300", 2,
          "--rayleigh-stiffness: is '1e300'; allowed: a number >= 0 and <= 1e+30"},
-        {mesh + "--poisson 0.7", 2, "--poisson: is '0.7'; allowed: a number >= -0.999 and <= 0.499"},
+        {mesh + "--poisson 0.7", 2, "--poisson: is '0.7'; allowed: a number >= -0.999 and <= 0.4999"},
         {mesh + "--density nan", 2, "--density: is 'nan'; allowed: a number >= 1e-30 and <= 1e+30"},
         {"modes box.h5 -m 100000", 2, "--modes: is '100000'; allowed: a whole number from 1 to 2048"},
         {"modes box.h5 -m 2000", 1, "box.h5: modes: count is 2000, allowed: 1 to ..."},

@@ -121,7 +121,7 @@ TEST_F(FiguresTest, ReportsOnATreeInASelfContainedFile) {
 }
 
 TEST_F(FiguresTest, RemapsARecordingToAFinerSurfaceOfTheSameTetrahedra) {
-    make("mesh box.obj -o fine.h5 --subdivide 1 -q");
+    make("mesh box.obj -o fine.h5 --elements linear --subdivide 1 -q");
     make("modes fine.h5 -m 8 -q");
     make("remap data.h5 --from box.h5 --to fine.h5 -o fine_data.h5 -q");
     make(

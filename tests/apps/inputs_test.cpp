@@ -72,8 +72,8 @@ TEST_F(Inputs, MeshScalesAPartInMillimetres) {
     write_obj("mm.obj", part);
     part.X *= 0.001;
     write_obj("m.obj", part);
-    make("mesh mm.obj -o mm.h5 --scale 0.001");
-    make("mesh m.obj -o m.h5");
+    make("mesh mm.obj -o mm.h5 --elements linear --scale 0.001");
+    make("mesh m.obj -o m.h5 --elements linear");
     const Body scaled = load_body(folder() / "mm.h5"), plain = load_body(folder() / "m.h5");
     EXPECT_TRUE(scaled.tets.X.isApprox(plain.tets.X, 1e-12));
     make("mesh mm.h5 -o larger.h5 --scale 2");
@@ -216,9 +216,9 @@ TEST_F(Inputs, AFarBodyIsTrainedOnAndEvaluatedAsNearZero) {
     const TriMesh near = box(0.4, 0.2, 0.1, 2);
     write_obj("near_box.obj", near);
     write_obj("far_box.obj", away(near));
-    make("mesh near_box.obj -o near_box.h5");
+    make("mesh near_box.obj -o near_box.h5 --elements linear");
     EXPECT_THAT(
-        text("mesh far_box.obj -o far_box.h5"),
+        text("mesh far_box.obj -o far_box.h5 --elements linear"),
         HasSubstr("far from zero: the body's positions are counted from its origin (500000, 5400000, 300)"));
     const Body far = load_body(folder() / "far_box.h5");
     EXPECT_EQ(far.origin, Eigen::Vector3d(500'000, 5'400'000, 300));

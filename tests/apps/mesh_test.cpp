@@ -83,8 +83,14 @@ TEST_F(Mesh, TellsTheFiguresOfACage) {
 /// From CAD's twelve triangles.
 TEST_F(Mesh, FindsQuadraticTetrahedraThatBendRightly) {
     write("bar.obj", test::obj_file(test::box(1, 0.1, 0.1, 1)));
-    const auto coarse = result("mesh bar.obj -o coarse.h5");
+    const auto coarse = result("mesh bar.obj -o coarse.h5 --elements linear");
     EXPECT_GT(coarse["bending_error"], 0.9);
+    const auto usual = result("mesh bar.obj -o usual.h5");
+    EXPECT_LE(usual["bending_error"], 0.03);
+    EXPECT_EQ(result("mesh bar.obj -o same.h5 --error 0.03")["body_sha256"], usual["body_sha256"]);
+    for (const char* told : {"--nodes 30", "--grading 0.2", "--edge 0.05", "--elements quadratic"})
+        EXPECT_NE(result("mesh bar.obj -o told.h5 " + std::string(told))["body_sha256"], usual["body_sha256"])
+            << told;
     const auto said = result("mesh bar.obj -o bar.h5 --error 0.05");
     EXPECT_LE(said["bending_error"], 0.05);
     EXPECT_EQ(said["faces"], 12) << "the file's triangles are the collision surface";
@@ -98,6 +104,31 @@ TEST_F(Mesh, FindsQuadraticTetrahedraThatBendRightly) {
     EXPECT_TRUE(load_body(folder() / "its_boundary.h5").tets.is_quadratic());
     EXPECT_THAT(error("mesh bar.h5 -o linear.h5 --elements linear"),
                 testing::HasSubstr("bar.h5: its tetrahedra are quadratic and cannot become linear"));
+}
+
+/// Tetrahedra around a finer, round surface hold it, so that bounds by nodes are sure, and have its mass.
+TEST_F(Mesh, HoldsARoundSurfaceInTetrahedraOfItsMass) {
+    const TriMesh ball = test::icosphere(3);
+    write("ball.obj", test::obj_file(ball));
+    double volume = 0;
+    for (const auto& f : ball.F.rowwise())
+        volume +=
+            Eigen::Vector3d(ball.X.row(f[0])).cross(Eigen::Vector3d(ball.X.row(f[1]))).dot(ball.X.row(f[2])) /
+            6;
+    for (const char* how : {"", " --edge 0.7", " --edge 0.7 --elements quadratic"}) {
+        const auto said = result("mesh ball.obj -o ball.h5" + std::string(how));
+        EXPECT_GT(said["volume"], volume) << how;
+        const Body body = load_body(folder() / "ball.h5");
+        EXPECT_EQ(body.surface.F.rows(), ball.F.rows());
+        EXPECT_GT(body.W.coeffs().minCoeff(), -1e-9) << how;
+        double filled = 0;
+        for (int t = 0; t < body.tets.T.rows(); ++t)
+            filled += nbd::volume(body.tets, t) * body.tets.filled(t);
+        EXPECT_NEAR(filled, volume, 1e-3 * volume) << how;
+        EXPECT_TRUE(said.contains("bending_error"));
+    }
+    write("open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\n");
+    EXPECT_THAT(error("mesh open.obj -o open.h5"), testing::HasSubstr("--cage takes any surface as it is"));
 }
 
 TEST_F(Mesh, KeepsGroupsOfFacesHoweverTheSurfaceIsMeshed) {

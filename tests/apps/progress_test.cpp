@@ -143,7 +143,8 @@ TEST_F(ProgressTest, ShowsABarWithTheTimeLeftOnATerminal) {
 }
 
 TEST_F(ProgressTest, SaysHowLongWorkWithoutCountedStepsHasTaken) {
-    const std::string text = interrupted_at(" so far", "points of gmsh|256", "mesh fine.obj -o fine.h5");
+    const std::string text =
+        interrupted_at(" so far", "points of gmsh|256", "mesh fine.obj -o fine.h5 --elements linear");
     EXPECT_TRUE(std::regex_search(text, std::regex("\\[K[a-z ]+.*, [0-9]+:[0-9]{2} so far"))) << text;
     EXPECT_NE(text.find("nbdtree: error: interrupted: nothing was written; the same command starts anew\r\n"),
               std::string::npos)
@@ -151,7 +152,7 @@ TEST_F(ProgressTest, SaysHowLongWorkWithoutCountedStepsHasTaken) {
 }
 
 TEST_F(ProgressTest, EveryLongCommandShowsWhereItIs) {
-    make("mesh box.obj -o fine_box.h5 --subdivide 2 -q");
+    make("mesh box.obj -o fine_box.h5 --elements linear --subdivide 2 -q");
     make("modes fine_box.h5 -m 8 -q");
     make("remap data.h5 --from box.h5 --to fine_box.h5 -o fine_data.h5 -q");
     const struct {

@@ -80,7 +80,7 @@ TEST_F(Reactions, OfTheRecordingAreThoseOfTheTable) {
 TEST_F(Reactions, StayInARecordingThatIsRemapped) {
     write_scene("scene.json", write);
     make("simulate scene.json -o whole.h5 -q");
-    make("mesh box.obj -o finer.h5 --subdivide 1 -q");
+    make("mesh box.obj -o finer.h5 --elements linear --subdivide 1 -q");
     make("remap whole.h5 --from box.h5 --to finer.h5 -o remapped.h5 --trajectories 1 -q");
     std::vector<RecordedReaction> wanted = RecordingReader(folder() / "whole.h5").reactions();
     std::erase_if(wanted, [](const RecordedReaction& row) { return row.body != 0; });

@@ -11,7 +11,7 @@ namespace nbd::test {
 void BoxFolder::SetUpTestSuite() {
     folder_ = std::make_unique<TemporaryFolder>();
     folder_->write("box.obj", obj_file(box(0.4, 0.1, 0.1, 3)));
-    make("mesh box.obj -o box.h5 -q");
+    make("mesh box.obj -o box.h5 --elements linear -q");
     make("modes box.h5 -m 8 -q");
 }
 

@@ -318,7 +318,7 @@ TEST_F(TemplateTest, ValidateChecksRangesAndDraws) {
     EXPECT_EQ(lines(ran.out).size(), 1u) << ran.out;  // only the end of the range is wrong
     EXPECT_EQ(
         ran.out.substr(0, ran.out.find(", turn")),
-        "b.json: bodies[0].material.poisson: is 0.5, but must be between -0.999 and 0.499 (with size 0.5, speed 2");
+        "b.json: bodies[0].material.poisson: is 0.5, but must be between -0.999 and 0.4999 (with size 0.5, speed 2");
 
     write("dropped.json", dropped_scene(-0.05, 0.15).dump());
     write("under.json", dropped_scene(-0.15, -0.03).dump());

@@ -171,13 +171,13 @@ TEST_F(Told, BodiesThatMoveWrongly) {
     const std::string thin =
         "is one linear tetrahedron thick in 100 % of its volume, so it bends far too little; quadratic ones "
         "bend rightly: --elements quadratic";
-    expect_told("mesh bar.obj -o bar.h5", "bar.h5: " + thin);
+    expect_told("mesh bar.obj -o bar.h5 --elements linear", "bar.h5: " + thin);
     write("bar.json", R"({"bodies": [{"surface": "bar.obj", "name": "bar"},
         {"surface": "bar.obj", "name": "other", "transform": {"translate": [0, 2, 0]}}],
         "time": {"dt": 1e-4, "frames": 1, "steps_per_frame": 1}})");
     expect_told("simulate bar.json -o run.h5", "bar.json: bodies[0] (bar) and 1 more: " + thin);
     expect_told("validate bar.json", "bar.json: bodies[0] (bar) and 1 more: " + thin);
-    make("mesh bar.obj -o bar.h5");
+    make("mesh bar.obj -o bar.h5 --elements linear");
     expect_told("dataset bar.h5 -o bar_data.h5 --trajectories 1 --frames 2 --strength 0.01",
                 "bar.h5: " + thin);
 
@@ -186,7 +186,7 @@ TEST_F(Told, BodiesThatMoveWrongly) {
         "is 100 m long; if its file is in millimetres, `nbdtree mesh --scale 0.001` makes metres of them";
     expect_told("mesh large.obj -o large.h5", "large.h5: " + large);
     expect_told(
-        "mesh box.obj -o rubber.h5 --poisson 0.49",
+        "mesh box.obj -o rubber.h5 --poisson 0.49 --elements linear",
         "rubber.h5: has a Poisson's ratio of 0.49, at which linear tetrahedra lock: it bends far less than "
         "it should; advised: --elements quadratic, or 0.45 or less");
     write("rubber.json", R"({"bodies": [{"body": "box.h5", "name": "box", "material": {"poisson": 0.48},

@@ -13,7 +13,7 @@ using TrainCommand = test::BoxFolder;
 
 /// On a surface on which clusters are not all vertices, so that the changes of ours take effect.
 TEST_F(TrainCommand, TheDefaultNetworksAreTighterThanThePapers) {
-    make("mesh box.obj -o fine.h5 --subdivide 2 -q");
+    make("mesh box.obj -o fine.h5 --elements linear --subdivide 2 -q");
     make("modes fine.h5 -m 8 -q");
     make("dataset fine.h5 -o motion.h5 --trajectories 40 --frames 24 --steps-per-frame 1 -q");
     std::map<std::string, double> errors;

@@ -170,7 +170,7 @@ TEST_F(BodyFile, RefusesToSaveABodyThatWouldNotLoad) {
     body.material.poisson = 0.5;
     const auto path = folder / "body.h5";
     EXPECT_EQ(error_of([&] { save_body(path, body); }),
-              path.string() + ": Poisson's ratio is 0.5; allowed: between -0.999 and 0.499");
+              path.string() + ": Poisson's ratio is 0.5; allowed: between -0.999 and 0.4999");
     EXPECT_EQ(files_in_folder(), 0u);
 }
 

@@ -7,6 +7,7 @@
 #include <limits>
 #include <string>
 
+#include "meshing/body/enclose.hpp"
 #include "meshing/surface/mesh.hpp"
 #include "meshing/surface/quadratic_tets.hpp"
 #include "meshing/surface/subdivide.hpp"
@@ -165,6 +166,33 @@ TEST(PointTriangle, AgreesWithSampledDistances) {
             << "segments";
         EXPECT_NEAR(squared_distance_to_triangle(p, a, a, a), (p - a).squaredNorm(), 1e-12) << "points";
     }
+}
+
+/// Tetrahedra within a ball come to hold a finer one of 1 mm, 1 m and 100 m, a thousand kilometres off, too,
+/// with little more volume than it has.
+TEST(Enclose, LetsTetrahedraHoldAllPoints) {
+    for (const double size : {1e-3, 1.0, 100.0})
+        for (const double away : {0.0, 1e6}) {
+            TetMesh tets = test::box_mesh({2, 2, 2}, {4, 4, 4});
+            Nodes points = test::icosphere(4).X;
+            // A cube becomes a ball.
+            for (auto x : tets.X.rowwise()) {
+                x.array() -= 1;
+                const double n = x.norm();
+                if (n > 0) x *= x.cwiseAbs().maxCoeff() / n;
+            }
+            tets.X = ((size * tets.X).array() + size * away).eval();
+            points = ((size * points).array() + size * away).eval();
+            ASSERT_LT(embed(tets, points).coeffs().minCoeff(), -0.01);
+            enclose(tets, points);
+            EXPECT_GT(embed(tets, points).coeffs().minCoeff(), -1e-9) << size << ' ' << away;
+            double all = 0;
+            for (int t = 0; t < tets.T.rows(); ++t) {
+                ASSERT_GT(volume(tets, t), 0);
+                all += volume(tets, t);
+            }
+            EXPECT_LT(all, 1.25 * 4.18879 * std::pow(size, 3));
+        }
 }
 
 }  // namespace

@@ -45,7 +45,7 @@ def command(program):
 
 @pytest.fixture(scope="session")
 def beam():
-    return nbd.mesh_file(ASSETS / "beam.obj")
+    return nbd.mesh_file(ASSETS / "beam.obj", elements="linear")
 
 
 @pytest.fixture(scope="session")

@@ -116,7 +116,7 @@ def test_edges_name_what_touches(data, beam):
 
 def test_another_surface_keeps_all_but_the_edges(data, assets, command):
     """Stress and forces belong to the tetrahedra, edges to the faces of the surface."""
-    command("mesh", assets / "beam.obj", "-o", "finer.h5", "--subdivide", 1, cwd=data.parent)
+    command("mesh", assets / "beam.obj", "-o", "finer.h5", "--elements", "linear", "--subdivide", 1, cwd=data.parent)
     command("remap", "data.h5", "--from", "beam.h5", "--to", "finer.h5", "-o", "remapped.h5", cwd=data.parent)
     before, after = nbd.RecordingReader(data), nbd.RecordingReader(data.parent / "remapped.h5")
     for place in range(len(before.trajectories)):

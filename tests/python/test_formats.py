@@ -178,7 +178,7 @@ def files(command, assets, tmp_path_factory):
     run("dataset", "plain.h5", "-o", "less.h5", "--trajectories", 5, "--frames", 3)
     run("dataset", "beam.h5", "-o", "more.h5", "--trajectories", 12, "--frames", 30, "--per-shard", 7,
         "--hold-out", "kind=drop", *extras)
-    run("mesh", assets / "beam.obj", "-o", "finer.h5", "--subdivide", 1)
+    run("mesh", assets / "beam.obj", "-o", "finer.h5", "--elements", "linear", "--subdivide", 1)
     far = "".join(f"v {500_000 + float(words[1])} {words[2]} {words[3]}\n" if words[0] == "v" else line + "\n"
                   for line in (assets / "beam.obj").read_text().splitlines() if (words := line.split()))
     first = far.index("\nf ") + 1

@@ -172,3 +172,15 @@ def test_the_graph_network_turns_with_the_body(beam, poses):
     loss = network.predict(x).square().mean()
     loss.backward()
     assert all(p.grad is not None and torch.isfinite(p.grad).all() for p in network.parameters())
+
+
+def test_the_graph_of_quadratic_tetrahedra_has_all_nodes(assets):
+    """A node lies in the middle of each edge: the graph goes from there to both ends, so each pair once each way."""
+    body = nbd.mesh_file(assets / "beam.obj")
+    edges = nbdtree.torch.mesh_edges(body.T, body.E).numpy()
+    assert set(edges.ravel()) == set(range(len(body.X)))
+    assert edges.shape[1] == 4 * len(set(body.E.ravel()))
+    middles = np.isin(edges[0], body.E)
+    assert (middles != np.isin(edges[1], body.E)).all()
+    to = {node: edges[1][edges[0] == node] for node in set(body.E.ravel())}
+    assert all(np.allclose(body.X[ends].mean(axis=0), body.X[node], atol=1e-9) for node, ends in to.items())

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "apps/cli/fill_surface.hpp"
 #include "meshing/body/make_body.hpp"
 #include "meshing/remesh/remesh.hpp"
 #include "meshing/surface/quadratic_tets.hpp"
@@ -228,8 +229,17 @@ double shear_coefficient(double poisson) { return 10 * (1 + poisson) / (12 + 11 
 
 TetMesh bar_mesh(const PhysicsCase& c) {
     const Eigen::Vector3d size = c.size * Eigen::Vector3d(1, 0.1, 0.1);
-    if (c.variant.find(twelve_triangles) == c.variant.npos)
-        return elements_of(c, filled(box_surface(size, {40, 4, 4})));
+    const bool is_cad = c.variant.find(twelve_triangles) != c.variant.npos;
+    if (c.variant.find(as_meshed) != c.variant.npos) {
+        MeshFileConfig config;
+        config.material = undamped_material(c, c.parameter);
+        Output quiet;
+        quiet.quiet = true;
+        const TriMesh surface =
+            box_surface(size, is_cad ? Eigen::Vector3i(1, 1, 1) : Eigen::Vector3i(40, 4, 4));
+        return searched("bar.obj", surface, config, usual_bending_error, quiet).body.tets;
+    }
+    if (!is_cad) return elements_of(c, filled(box_surface(size, {40, 4, 4})));
     const TriMesh cad = box_surface(size, {1, 1, 1});
     if (c.variant == twelve_triangles) return filled(cad);
     return elements_of(c, filled(remesh(cad, 0.05 * c.size)));
@@ -253,6 +263,13 @@ Material undamped_material(const PhysicsCase& c, double poisson) {
     Material material = undamped_material(c);
     material.poisson = poisson;
     return material;
+}
+
+std::vector<PhysicsCase> meshed_bars(const std::string& variant, const std::vector<double>& ratios) {
+    PhysicsRange range = still_range;
+    range.parameters = ratios;
+    range.variants = {variant};
+    return all_cases(range, 1);
 }
 
 std::vector<PhysicsCase> bar_cases() {

@@ -75,7 +75,7 @@ TetMesh ball(double radius, int level, double poles = 1);
 /// The surface of a box around the origin, of square cells.
 TriMesh box_surface(const Eigen::Vector3d& size, const Eigen::Vector3i& cells);
 
-/// Fills a surface as `nbdtree mesh` does by default. May be called by several threads.
+/// Fills a surface with linear tetrahedra of its own triangles. May be called by several threads.
 TetMesh filled(const TriMesh& surface);
 
 // A bar ten times as long as it is wide and deep, which bends, twists and rings.
@@ -89,11 +89,13 @@ double shear_coefficient(double poisson);
 /// Parts of a case's variant: its bar has the surface of CAD, the others' four cells across; it has quadratic
 /// tetrahedra, half as long as a bar of CAD is thick, the others linear ones on the surface's own triangles.
 inline const std::string twelve_triangles = "twelve triangles", quadratic_elements = "quadratic";
+/// Likewise: the tetrahedra that `nbdtree mesh` finds by default.
+inline const std::string as_meshed = "as meshed by default";
 
 /// The tetrahedra as elements of the case's kind.
 TetMesh elements_of(const PhysicsCase& c, TetMesh linear);
 
-/// The bar, as long as the case's size, along x around the origin.
+/// The bar, as long as the case's size, along x around the origin. parameter: Poisson's ratio.
 TetMesh bar_mesh(const PhysicsCase& c);
 
 /// What comes to rest in one step so long that inertia vanishes.
@@ -101,6 +103,9 @@ inline const PhysicsRange still_range{.sizes = {1}, .steps = {1e5}, .moduli = {1
 
 /// The cases, and the same of quadratic elements.
 std::vector<PhysicsCase> with_quadratic(std::vector<PhysicsCase> cases);
+
+/// The same of these bars as they are meshed by default, over Poisson's ratios.
+std::vector<PhysicsCase> meshed_bars(const std::string& variant, const std::vector<double>& ratios);
 
 /// Bars over Poisson's ratio (the parameter), over sizes and moduli, and of both kinds of elements.
 std::vector<PhysicsCase> bar_cases();

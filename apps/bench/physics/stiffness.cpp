@@ -202,6 +202,11 @@ std::vector<PhysicsCheck> stiffness_checks() {
                                .far = FarBody::some,
                                .parameters = {1e2, 2e7}};
     const std::vector<PhysicsCase> bars = bar_cases();
+    const auto with_meshed = [](std::vector<PhysicsCase> cases, const std::string& surface) {
+        for (PhysicsCase& c : meshed_bars(surface + as_meshed, {0.3, 0.45, 0.49, 0.499, 0.4999}))
+            cases.push_back(std::move(c));
+        return cases;
+    };
     const auto still = [](std::vector<double> ratios, std::string variant = {}) {
         PhysicsRange range = still_range;
         range.parameters = std::move(ratios);
@@ -213,9 +218,11 @@ std::vector<PhysicsCheck> stiffness_checks() {
         {"cantilever",
          "A cantilever of ten to one, its surface of four cells across, "
          "sags by its weight as Timoshenko's beam.",
-         sag, 0.03, bars, cantilever, ratio},
+         sag, 0.03, with_meshed(bars, ""), cantilever, ratio},
         {"cantilever_of_cad", "The same from the twelve triangles of CAD (or `told_one_across` holds).", sag,
-         0.03, with_quadratic(all_cases(still({0.3}, twelve_triangles), 1)), cantilever, ratio},
+         0.03,
+         with_meshed(with_quadratic(all_cases(still({0.3}, twelve_triangles), 1)), twelve_triangles + ", "),
+         cantilever, ratio},
         {"torsion", "The same bar resists torsion with 0.1406 G a^4 (Saint-Venant).",
          "torque over twist, N m2", 0.03, bars, torsion, ratio},
         {"rubber_block",

@@ -78,6 +78,7 @@ SharedBody mesh_body(const path& file, std::optional<int> nodes, std::optional<d
     if (cage && *cage < 1)
         throw std::invalid_argument(fmt::format("cage: is {}; allowed: at least 1", *cage));
     MeshFileConfig config{{.tets = {},
+                           .error = grading && !error ? std::optional(0.0) : error,
                            .edge = edge.value_or(0),
                            .elements = elements,
                            .scale = scale,
@@ -86,7 +87,6 @@ SharedBody mesh_body(const path& file, std::optional<int> nodes, std::optional<d
                            .scheme = scheme.value_or(SubdivisionScheme::midpoint)},
                           cage.value_or(0),
                           inside.value_or(path()).string(),
-                          error.value_or(0),
                           material.value_or(Material{})};
     if (nodes) config.tets.nodes = *nodes;
     if (grading) config.tets.grading = *grading;
@@ -337,9 +337,10 @@ void bind_bodies(py::module_& m) {
         "Makes a body from a file as `nbdtree mesh` does: a closed surface is checked and filled; with "
         "`cage`, a number of tetrahedra's corners, any triangle soup is embedded in a coarse cage. scale: of all "
         "coordinates, 0.001 for millimetres. weld: cracks up to this length, metres, are closed. "
-        "elements: linear or quadratic; None: as in the file, linear in a surface. "
+        "elements: linear or quadratic; None: as in the file. "
         "edge: length of the tetrahedra's edges at the surface, metres. error: searches for quadratic "
-        "tetrahedra that bend with at most this error, in a cage if need be. Warns "
+        "tetrahedra that bend with at most this error, in a cage if need be; to 0.03 where nodes, grading, edge "
+        "and elements are None, too. Warns "
         "(UserWarning) of a body whose size, tetrahedra or Poisson's ratio may make its motion wrong.");
     m.def("save_body", &write_checked<save_body, Body>, py::arg("path"), py::arg("body"), UsesFiles(),
           "Writes a body file under a temporary name and renames it.");

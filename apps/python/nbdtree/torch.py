@@ -20,9 +20,18 @@ from nbdtree import (
 PARTS = ("train", "held_out", "all")
 
 
-def mesh_edges(T):
-    """Edges of tetrahedra, both ways: [2, edges], int64, sorted."""
-    pairs = np.vstack([T[:, [i, j]] for i in range(4) for j in range(4) if i != j])
+# Corners of tetrahedra between which Body.E has nodes, in its order.
+ENDS_OF_EDGES = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
+
+
+def mesh_edges(T, E=None):
+    """Edges of tetrahedra, both ways: [2, edges], int64, sorted. E: nodes of the edges of quadratic ones, between
+    whose ends they lie: then of each end and that node."""
+    if E is None or len(E) == 0:
+        pairs = np.vstack([T[:, [i, j]] for i in range(4) for j in range(4) if i != j])
+    else:
+        halves = [np.column_stack([T[:, i], E[:, k]]) for k, ends in enumerate(ENDS_OF_EDGES) for i in ends]
+        pairs = np.vstack(halves + [half[:, ::-1] for half in halves])
     return torch.from_numpy(np.unique(pairs, axis=0).T.astype(np.int64))
 
 
@@ -57,7 +66,7 @@ class Dataset(torch.utils.data.Dataset):
         self.body = load_body(body) if self._body_file else body
         self.path, self.window, self.part, self.split = os.fspath(path), window, part, split
         self.contact_distance, self.fields = contact_distance, tuple(fields)
-        self.edges = mesh_edges(self.body.T)
+        self.edges = mesh_edges(self.body.T, self.body.E)
         self.rest = torch.from_numpy(self.body.X.astype(np.float32))
         self._reader, self._process = None, None
         self._windows = self._windows_of(part)

@@ -7,7 +7,7 @@ from nbdtree import Body
 
 PARTS: Tuple[str, ...]
 
-def mesh_edges(T: npt.ArrayLike) -> Any: ...
+def mesh_edges(T: npt.ArrayLike, E: Optional[npt.ArrayLike] = None) -> Any: ...
 
 class Dataset:
     body: Body

@@ -66,7 +66,7 @@ class ClipTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = Path(tempfile.mkdtemp(prefix="nbdtree_clip_"))
-        cls.make("mesh", ASSETS / "beam.obj", "-o", "beam.h5", "-q")
+        cls.make("mesh", ASSETS / "beam.obj", "-o", "beam.h5", "--elements", "linear", "-q")
         cls.make("modes", "beam.h5", "-m", 8, "-q")
         scene = {"bodies": [{"body": "beam.h5", "name": "low / beam", "transform": {"translate": [0, 0, 0.12]}},
                             {"body": "beam.h5", "name": "high", "velocity": [0, 0.3, -1],

@@ -234,7 +234,7 @@ class PageTest(unittest.TestCase):
         self.assertGreater(differing(shown, pixels(self.browser)), 30)
 
     def test_shows_poses_of_a_dataset_and_misses_of_a_tree(self):
-        self.make("mesh", ASSETS / "beam.obj", "-o", "beam.h5", "-q")
+        self.make("mesh", ASSETS / "beam.obj", "-o", "beam.h5", "--elements", "linear", "-q")
         self.make("modes", "beam.h5", "-m", 8, "-q")
         self.make("dataset", "beam.h5", "-o", "poses.h5", "--trajectories", 20, "--frames", 30, "--seed", 1, "-q")
         self.make("train", "beam.h5", "poses.h5", "-o", "tree.h5", "--epochs", 50, "-q")

@@ -298,7 +298,7 @@ const Broken broken_scenes[] = {
     {with(R"("margin": "wide")"), "bodies[0].margin: must be a number, not \"wide\""},
     {with(R"("margin": -0.1)"), "bodies[0].margin: is -0.1, but must be between 0 and 10"},
     {with(R"("material": {"poisson": 0.5})"),
-     "bodies[0].material.poisson: is 0.5, but must be between -0.999 and 0.499"},
+     "bodies[0].material.poisson: is 0.5, but must be between -0.999 and 0.4999"},
     {with(R"("material": {"young": 1e999})"), "number overflow parsing '1e999'"},
     {with(R"("pins": [{"box": {"min": [0, 0, 0]}}])"), "bodies[0].pins[0].box.max: is missing"},
     {with(R"("pins": [{}])"),
