@@ -39,6 +39,32 @@ bool is_fit(const WorldState& world, const RigidVector& motion, int index) {
                               kinetic_energy(*body.elastic, body.before->v) + fall);
 }
 
+/// Kinetic energy of a body's motion as a whole, joules.
+double rigid_energy(const ElasticBody& elastic, const BodyState& state) {
+    const Momentum momentum = momentum_of(elastic, state);
+    return momentum.linear.squaredNorm() / (2 * elastic.mass()) +
+           momentum.angular.dot(angular_velocity(elastic, state)) / 2;
+}
+
+/// Whether a motion that a rigid body is to get makes energy. In a step of backward Euler in which it turns
+/// far, straight ways lead it to its least axis of inertia, about which it has the most energy by its angular
+/// momentum; and where an impulse acts on a body with a small moment of inertia, what is missing of it may be
+/// much.
+bool makes_energy(const WorldState& world, const RigidVector& motion, int index) {
+    constexpr double rounding = 1e-3, share = 0.1;  // of the energy
+    const SteppedBody& body = world.at(index);
+    const ElasticBody& elastic = *body.elastic;
+    if (!elastic.is_rigid()) return false;
+    BodyState moved = body.state;
+    add_motion(elastic, motion, moved);
+    const Eigen::Vector3d fall = centre_of_mass(elastic, moved.x) - centre_of_mass(elastic, body.start.x);
+    const double before = rigid_energy(elastic, {.x = body.start.x, .v = body.before->v}),
+                 work = std::max(elastic.mass() * world.gravity_before.dot(fall), 0.0),
+                 after = rigid_energy(elastic, moved);
+    if (world.step.velocity_factor == 1) return after > (1 + rounding) * before + work;
+    return after > (1 + share) * std::max(rigid_energy(elastic, body.state), before + work);
+}
+
 }  // namespace
 
 /// Moves the bodies by the solution v of the step and, if the step was solved to its tolerance, gives those
@@ -97,7 +123,8 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
         ContactSolver::RigidResponse response = equations_.solver.response(v, missing, inertia, now);
         std::vector<char> fits(state_.bodies.size(), 1);
         for (int b = 0; b < state_.body_count(); ++b)
-            fits[b] = !state_.is_joined(b) || is_fit(state_, factor * response.motions[b], b);
+            fits[b] = !makes_energy(state_, factor * response.motions[b], b) &&
+                      (!state_.is_joined(b) || is_fit(state_, factor * response.motions[b], b));
         if (std::ranges::find(fits, 0) != fits.end()) {
             const std::vector<PairImpulse> touching =
                 equations_.solver.pair_impulses(v, response.of_each, middles);

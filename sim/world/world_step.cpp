@@ -182,7 +182,8 @@ Rejection World::try_part(const StepPart& part, WorldReport& report) {
         PartSolve solve(part, state_, equations_, barrier(), tendon_solve_, friction_memory_);
         const Rejection unsolved = solve.run(v, report);
         if (unsolved) rejection = unsolved;
-        if (!rejection) rejection = turned_too_far(state_, largest_rigid_turn(state_, v), most_rigid_turn);
+        if (!rejection && !state_.config.statics)
+            rejection = turned_too_far(state_, largest_rigid_turn(state_, v), most_rigid_turn);
         if (rejection && (!part.finest || rejection.fatal)) return rejection;
         // Impulses that do not balance the motion tell nothing of its momentum.
         is_guide = !solve.was_caught();

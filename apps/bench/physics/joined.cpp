@@ -64,6 +64,28 @@ PhysicsOutcome rigid_slide(const PhysicsCase& c) {
     return relative_outcome(a, truth);
 }
 
+const std::string of_plate = "plate", of_needle = "needle", of_cube = "cube";
+
+/// parameter: coefficient of friction.
+PhysicsOutcome rigid_landing(const PhysicsCase& c) {
+    const Solid box = rigid_box(c.size * (c.variant == of_plate    ? Vector3d(1, 0.7, 0.05)
+                                          : c.variant == of_needle ? Vector3d(1, 0.05, 0.05)
+                                                                   : Vector3d(1, 1, 1)));
+    World world = world_of(
+        c, config_of(),
+        {box.at({0, 0, c.size}, {0, 0, 0}, std::sqrt(standard_gravity / c.size) * Vector3d(0.1, 0.2, 0.5),
+                Eigen::AngleAxisd(1.9, Vector3d(1, 0.6, 0.2).normalized()).matrix())},
+        {floor_plane(c.parameter)});
+    advance(world, c.dt);
+    const double first = energy(world, 0, standard_gravity), time = 10 * std::sqrt(c.size / standard_gravity);
+    double most = first;
+    while (world.time() < time) {
+        advance(world, c.dt);
+        most = std::max(most, energy(world, 0, standard_gravity));
+    }
+    return zero_outcome(most / first - 1);
+}
+
 constexpr double swing = 0.5;  // radians
 
 const std::string given_inertia = "given inertia", on_rope = "on a rope", on_tendon = "on a tendon";
@@ -195,6 +217,9 @@ std::vector<PhysicsCheck> joined_checks() {
     };
     PhysicsRange bars = range;
     bars.variants = {"", given_inertia, on_rope, on_tendon};
+    PhysicsRange landings = with({0.3, 0.8}, FarBody::some);
+    landings.variants = {of_plate, of_needle, of_cube};
+    landings.steps = steps_from_1_ms;
     const auto resolved = [](const PhysicsCase& c) {
         return c.dt < pendulum_period(c) / 100 && c.dt > pendulum_period(c) / 20'000;
     };
@@ -209,6 +234,9 @@ std::vector<PhysicsCheck> joined_checks() {
         {"rigid_slide", "A rigid box slides down a slope of 0.35 rad with g (sin - mu cos).",
          "acceleration, m/s2", 0.01, all_cases(with({0.1, 0.3}, FarBody::each), 9), rigid_slide,
          "coefficient of friction"},
+        {"rigid_landing",
+         "A rigid plate, needle or cube that lands on a corner and tips over gains no energy.",
+         "gain over the whole", 0.05, all_cases(landings, 9), rigid_landing, "coefficient of friction"},
         {"rigid_pendulum",
          "A rigid bar on a ball joint, or a body on a cord, swings by half a radian with the period of the "
          "elliptic integral.",

@@ -26,7 +26,10 @@ py::object plain(py::handle value, const std::string& path, int level = 0) {
         if (!std::isfinite(number)) refuse(fmt::format("is {}; allowed: finite numbers", number));
         return py::float_(number);
     }
-    if (level > deepest) refuse(fmt::format("lies in {} others; allowed: at most {}", level, deepest));
+    if (level > deepest)
+        throw std::invalid_argument(
+            fmt::format("{}: holds lists and dictionaries in each other; allowed: at most {} levels",
+                        path.substr(0, path.find_first_of(".[")), deepest));
     if (py::hasattr(value, "tolist")) return plain(value.attr("tolist")(), path, level + 1);
     if (py::hasattr(value, "__fspath__")) return value.attr("__fspath__")();
     if (py::hasattr(value, "keys")) {

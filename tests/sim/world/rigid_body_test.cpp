@@ -235,6 +235,40 @@ TEST(RigidBody, SlidesAsCoulombSays) {
 }
 
 /// A box that is pushed on a rough floor tips if its pushed point is high enough, else it slides.
+/// Plates, needles and cubes, and one whose mass lies in a corner, that fall onto their corners, tip over and
+/// roll about gain no energy, in steps from short to long for their size.
+TEST(RigidBody, GainsNoEnergyWhereItTipsOver) {
+    for (const auto& [size, dt] :
+         {std::pair(0.02, 5e-3), {0.02, 2e-2}, {0.1, 1e-2}, {0.1, 2e-2}, {5.0, 2e-2}})
+        for (const Eigen::Vector3d& shape :
+             {Eigen::Vector3d(1, 1, 0.05), {1, 0.7, 0.1}, {1, 0.05, 0.05}, {1, 1, 1}})
+            for (const bool is_loaded : {false, true})
+                for (int k = 0; k < 3; ++k) {
+                    TriMesh box = test::box(size * shape[0], size * shape[1], size * shape[2], 2);
+                    box.X.rowwise() -= size * shape.transpose() / 2;
+                    RigidInertia inertia{.mass = 1};
+                    if (is_loaded) inertia.centre = 0.4 * size * shape;
+                    const Model model(make_rigid_body("box", std::move(box), inertia), true);
+                    World world({.gravity = {0, 0, -9.81}});
+                    const Eigen::Vector3d axis = Eigen::Vector3d(1, 0.7 * k, 0.4 - 0.3 * k).normalized();
+                    world.add_body(placed(model, {0, 0, 1.1 * size},
+                                          Eigen::AngleAxisd(1.4 + 0.5 * k, axis).matrix(), {0, 0, 0},
+                                          {0, 0, 3.0 * k}));
+                    world.add_obstacle(floor_at(0, 0.8));
+                    double first = 0, most = 0;
+                    for (int step = 0; step < 80; ++step) {
+                        const WorldReport report = world.step(dt);
+                        ASSERT_EQ(report.failure, "");
+                        const double energy =
+                            report.kinetic_energy + report.elastic_energy + report.gravity_energy;
+                        if (step == 0) first = energy;
+                        most = std::max(most, energy);
+                    }
+                    EXPECT_LT(most, 1.05 * first)
+                        << size << ' ' << dt << ' ' << shape.transpose() << ' ' << is_loaded << ' ' << k;
+                }
+}
+
 TEST(RigidBody, TipsWhereItsEdgeHoldsIt) {
     constexpr double angle = 0.35;                   // tan = 0.365
     for (const double slenderness : {0.33, 0.40}) {  // half width over half height: tips below tan(angle)
