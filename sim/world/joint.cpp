@@ -38,6 +38,12 @@ std::vector<CarriedPoint> carried_at(int body, const ElasticBody& elastic, const
         for (Eigen::Index p = 0; p < places.rows(); ++p) {
             const Eigen::Vector4d z =
                 corners.partialPivLu().solve(Eigen::Vector4d(places(p, 0), places(p, 1), places(p, 2), 1));
+            constexpr double farthest = 1000;
+            if (!(z.cwiseAbs().maxCoeff() <= farthest))
+                throw std::invalid_argument(fmt::format(
+                    "a place at ({:.6g}, {:.6g}, {:.6g}) is farther from its rigid body than {} times "
+                    "its size",
+                    places(p, 0), places(p, 1), places(p, 2), farthest));
             points.push_back({body, {0, 1, 2, 3}, {z[0], z[1], z[2], z[3]}});
         }
         return points;
