@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <ranges>
 #include <string_view>
 
 #include "apps/figures/verdict.hpp"
@@ -80,8 +79,11 @@ std::string facts(const TreeFile& file, const BodyFigures& figures) {
 /// A row of a table. tag: "th" or "td". cells: between bars.
 std::string row(const char* tag, std::string_view cells) {
     std::string text = "<tr>";
-    for (const auto cell : std::views::split(cells, '|'))
-        text += fmt::format("<{0}>{1}</{0}>", tag, std::string_view(cell.begin(), cell.end()));
+    for (std::size_t begin = 0; begin <= cells.size();) {
+        const std::size_t end = std::min(cells.find('|', begin), cells.size());
+        text += fmt::format("<{0}>{1}</{0}>", tag, cells.substr(begin, end - begin));
+        begin = end + 1;
+    }
     return text + "</tr>\n";
 }
 

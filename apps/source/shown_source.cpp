@@ -242,8 +242,9 @@ std::vector<std::vector<ViewReaction>> shown_reactions(const ShownRecording& sho
     std::vector<std::vector<ViewReaction>> frames;
     for (const int number : shown.scene.numbers) {
         std::vector<ViewReaction>& frame = frames.emplace_back();
-        const auto of_frame = std::ranges::equal_range(rows, number, {}, &RecordedReaction::frame);
-        for (const RecordedReaction& row : of_frame)
+        const auto begin = std::ranges::lower_bound(rows, number, {}, &RecordedReaction::frame),
+                   end = std::ranges::upper_bound(rows, number, {}, &RecordedReaction::frame);
+        for (const RecordedReaction& row : std::span(begin, end))
             if (row.time == times[number] && !row.is_of_cavity())
                 frame.push_back(view_reaction(row.body - shown.first, row.force, row.torque, row.point,
                                               shown.recording->origin()));

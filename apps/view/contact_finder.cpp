@@ -30,8 +30,7 @@ std::vector<FacePair> missing(std::span<const FacePair> exact, std::span<const F
 
 void FaceMarks::add_frame(std::vector<std::uint32_t> marked) {
     std::ranges::sort(marked);
-    const auto repeated = std::ranges::unique(marked);
-    marked.erase(repeated.begin(), repeated.end());
+    marked.erase(std::unique(marked.begin(), marked.end()), marked.end());
     counts.push_back(marked.size());
     append(faces, marked);
 }

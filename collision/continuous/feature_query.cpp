@@ -195,8 +195,8 @@ std::span<const FeaturePair> FeatureQuery::candidates(std::span<MovingBody> bodi
     for (int b = 0; b < count; ++b)
         if (!bodies[b].is_obstacle()) find(bodies, b, distance);
     std::ranges::sort(pairs_);
-    const auto repeats = std::ranges::unique(pairs_);  // of faces that name a vertex twice
-    pairs_.erase(repeats.begin(), repeats.end());
+    pairs_.erase(std::unique(pairs_.begin(), pairs_.end()),
+                 pairs_.end());  // of faces that name a vertex twice
     return pairs_;
 }
 

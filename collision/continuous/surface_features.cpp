@@ -98,8 +98,7 @@ std::vector<FeaturePair> neighbour_features(FacesRef F, const SurfaceFeatures& f
             }
         });
     std::ranges::sort(pairs);
-    const auto repeats = std::ranges::unique(pairs);
-    pairs.erase(repeats.begin(), repeats.end());
+    pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
     return pairs;
 }
 

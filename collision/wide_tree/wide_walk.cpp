@@ -205,8 +205,7 @@ LeafPairSet::LeafPairSet(int blocks, std::span<const LeafPair> pairs) {
     std::vector<LeafPair> of_blocks;
     for (const LeafPair& pair : pairs) of_blocks.push_back({pair.a / tree_width, pair.b / tree_width});
     std::ranges::sort(of_blocks);
-    const auto repeats = std::ranges::unique(of_blocks);
-    of_blocks.erase(repeats.begin(), repeats.end());
+    of_blocks.erase(std::unique(of_blocks.begin(), of_blocks.end()), of_blocks.end());
     begin_.assign(blocks + 1, 0);
     for (const LeafPair& pair : of_blocks) {
         ++begin_[pair.a + 1];

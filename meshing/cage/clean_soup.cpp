@@ -26,7 +26,7 @@ int count_duplicates(const Faces& F) {
     keys.reserve(F.rows());
     for (int f = 0; f < F.rows(); ++f) keys.push_back(sorted_corners(F, f));
     std::ranges::sort(keys);
-    return std::ranges::unique(keys).size();
+    return keys.end() - std::unique(keys.begin(), keys.end());
 }
 
 /// The report of a surface whose indices are in range.

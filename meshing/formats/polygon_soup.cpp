@@ -121,7 +121,7 @@ Triangles cut(const std::vector<Corner>& ring) {
     for (const auto face : cdt.finite_face_handles()) {
         if (face->info() % 2 == 0) continue;
         std::array<int, 3> t{face->vertex(0)->info(), face->vertex(1)->info(), face->vertex(2)->info()};
-        std::ranges::rotate(t, std::ranges::min_element(t));
+        std::rotate(t.begin(), std::ranges::min_element(t), t.end());
         triangles.push_back(t);
     }
     if (triangles.size() + 2 != ring.size()) return {};

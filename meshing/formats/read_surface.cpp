@@ -55,7 +55,7 @@ std::vector<FaceGroup> groups_of_triangles(const PolygonSoup& soup, const std::v
     for (const FaceGroup& group : soup.groups) {
         std::vector<int> faces = group.faces;
         std::ranges::sort(faces);
-        faces.erase(std::ranges::unique(faces).begin(), faces.end());
+        faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
         FaceGroup mine{.name = group.name, .faces = {}};
         for (const int face : faces)
             for (int t = first[face]; t < first[face + 1]; ++t) mine.faces.push_back(t);

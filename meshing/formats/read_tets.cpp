@@ -167,8 +167,7 @@ std::vector<FaceGroup> face_groups_of(TetFileContent& content, const TetMesh& te
     std::vector<FaceGroup> groups;
     for (auto& [name, group] : found) {
         std::ranges::sort(group.faces);
-        const auto repeated = std::ranges::unique(group.faces);
-        group.faces.erase(repeated.begin(), repeated.end());
+        group.faces.erase(std::unique(group.faces.begin(), group.faces.end()), group.faces.end());
         groups.push_back(std::move(group));
     }
     if (!has_names && groups.size() == 1 && std::ssize(groups[0].faces) == boundary.rows()) return {};

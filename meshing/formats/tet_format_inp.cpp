@@ -351,8 +351,7 @@ class InpReader {
                     add_triangle(set.name, triangles_[element.index]);
             }
             std::ranges::sort(tets);
-            const auto repeated = std::ranges::unique(tets);
-            tets.erase(repeated.begin(), repeated.end());
+            tets.erase(std::unique(tets.begin(), tets.end()), tets.end());
             if (tets.empty() || tets.size() == content_.tets.size()) continue;  // all of them are no group
             content_.group_names[++number] = set.name;
             std::size_t taken = 0;

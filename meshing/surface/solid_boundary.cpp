@@ -38,7 +38,7 @@ std::vector<int> vertex_of_each_part(const TriMesh& mesh) {
     std::vector<int> vertices;
     for (Eigen::Index f = 0; f < mesh.F.rows(); ++f) vertices.push_back(parts.root(mesh.F(f, 0)));
     std::ranges::sort(vertices);
-    vertices.erase(std::ranges::unique(vertices).begin(), vertices.end());
+    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
     return vertices;
 }
 

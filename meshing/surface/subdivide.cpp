@@ -116,7 +116,7 @@ class Divider {
         for (const auto& [from, to] : {std::pair{a, b}, std::pair{b, a}}) {
             const int f = face_of_.at({from, to});
             std::array<int, 3> face = faces_[f];
-            while (face[0] != from) std::ranges::rotate(face, face.begin() + 1);
+            while (face[0] != from) std::rotate(face.begin(), face.begin() + 1, face.end());
             face_of_.erase({from, to});
             add({from, middle, face[2]}, f);
             add({middle, to, face[2]}, faces_.size());

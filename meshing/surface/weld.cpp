@@ -114,7 +114,7 @@ int split_once(TriMesh& mesh, double length) {
         open.insert(open.end(), {edge.a, edge.b});
     }
     std::ranges::sort(open);
-    open.erase(std::ranges::unique(open).begin(), open.end());
+    open.erase(std::unique(open.begin(), open.end()), open.end());
     std::ranges::sort(halfedges);
     std::vector<BoxTree::Box> boxes;
     for (const int v : open) boxes.emplace_back(Eigen::Vector3d(mesh.X.row(v).transpose()));

@@ -132,7 +132,7 @@ std::vector<std::array<int, 3>> oriented_set(const Faces& F) {
     set.reserve(F.rows());
     for (int f = 0; f < F.rows(); ++f) {
         std::array<int, 3> face = {F(f, 0), F(f, 1), F(f, 2)};
-        std::ranges::rotate(face, std::ranges::min_element(face));
+        std::rotate(face.begin(), std::ranges::min_element(face), face.end());
         set.push_back(face);
     }
     std::ranges::sort(set);

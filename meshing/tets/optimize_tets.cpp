@@ -139,7 +139,7 @@ std::vector<int> neighbours(const TetComplex& complex, const std::vector<int>& c
             if (other >= 0 && !contains(cavity, other)) found.push_back(other);
         }
     std::ranges::sort(found);
-    found.erase(std::ranges::unique(found).begin(), found.end());
+    found.erase(std::unique(found.begin(), found.end()), found.end());
     return found;
 }
 
@@ -289,7 +289,7 @@ TetOptimization optimize_tets(TetMesh& tets, int max_new_nodes) {
             changed = true;
         }
         std::ranges::sort(next);
-        next.erase(std::ranges::unique(next).begin(), next.end());
+        next.erase(std::unique(next.begin(), next.end()), next.end());
         std::erase_if(next, [&](int t) { return !is_poor(t); });
         poor = std::move(next);
     }

@@ -15,8 +15,7 @@ namespace {
 
 void sort_uniquely(std::vector<int>& numbers) {
     std::ranges::sort(numbers);
-    const auto repeats = std::ranges::unique(numbers);
-    numbers.erase(repeats.begin(), repeats.end());
+    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
 }
 
 std::vector<LeafPair> in_order(std::span<const LeafPair> pairs) {

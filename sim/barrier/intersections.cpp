@@ -88,8 +88,7 @@ std::vector<int> faces_about(const MovingSurface& surface, int face) {
                      topology.vertex_faces.begin() + topology.vertex_begin[v + 1]);
     }
     std::ranges::sort(faces);
-    const auto repeats = std::ranges::unique(faces);
-    faces.erase(repeats.begin(), repeats.end());
+    faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
     return faces;
 }
 
@@ -114,8 +113,7 @@ void IntersectionSearch::begin(const std::vector<MovingSurface>& surfaces, doubl
                 if (a != b) about_rest_.push_back({i.surface_a, i.surface_a, std::min(a, b), std::max(a, b)});
     }
     std::ranges::sort(about_rest_);
-    const auto repeats = std::ranges::unique(about_rest_);
-    about_rest_.erase(repeats.begin(), repeats.end());
+    about_rest_.erase(std::unique(about_rest_.begin(), about_rest_.end()), about_rest_.end());
 }
 
 /// By a look at the whole surface: a HostProof takes it that there are none.

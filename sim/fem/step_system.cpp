@@ -142,7 +142,8 @@ void StepSystem::stiffen(double factor, std::span<const NodeSpring> springs, con
     if (springs.empty()) return;
     Nodes pulls = Nodes::Zero(body_.node_count(), 3);
     for (const NodeSpring& given : springs) {
-        const NodeSpring& spring = springs_.emplace_back(given.nodes, given.factors, factor * given.A);
+        const NodeSpring& spring =
+            springs_.emplace_back(NodeSpring{given.nodes, given.factors, factor * given.A});
         add_pull(spring, w, pulls);
         for (std::size_t i = 0; i < spring.nodes.size(); ++i)
             for (std::size_t j = 0; j < spring.nodes.size(); ++j)

@@ -109,7 +109,7 @@ std::vector<std::array<int, 3>> sorted_faces(const Faces& F) {
     std::vector<std::array<int, 3>> sorted;
     for (int f = 0; f < F.rows(); ++f) {
         std::array<int, 3> face = {F(f, 0), F(f, 1), F(f, 2)};
-        std::ranges::rotate(face, std::ranges::min_element(face));
+        std::rotate(face.begin(), std::ranges::min_element(face), face.end());
         sorted.push_back(face);
     }
     std::ranges::sort(sorted);

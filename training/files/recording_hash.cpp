@@ -25,8 +25,7 @@ std::optional<std::uint64_t> origin_of(const TrajectoryInfo& info) {
 
 void sort_unique(std::vector<std::uint64_t>& hashes) {
     std::ranges::sort(hashes);
-    const auto repeats = std::ranges::unique(hashes);
-    hashes.erase(repeats.begin(), repeats.end());
+    hashes.erase(std::unique(hashes.begin(), hashes.end()), hashes.end());
 }
 
 /// Of the positions of one frame.

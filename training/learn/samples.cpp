@@ -24,11 +24,12 @@ struct PatchVertices {
     explicit PatchVertices(std::span<const int> listed) : ids(listed.begin(), listed.end()) {
         std::ranges::sort(ids);
         const std::vector<int> all = ids;
-        ids.erase(std::ranges::unique(ids).begin(), ids.end());
+        ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
         share.resize(ids.size());
-        for (std::size_t i = 0; i < ids.size(); ++i)
-            share[i] = static_cast<float>(std::ranges::equal_range(all, ids[i]).size()) /
-                       static_cast<float>(all.size());
+        for (std::size_t i = 0; i < ids.size(); ++i) {
+            const auto [begin, end] = std::equal_range(all.begin(), all.end(), ids[i]);
+            share[i] = static_cast<float>(end - begin) / static_cast<float>(all.size());
+        }
     }
     int count() const noexcept { return ids.size(); }
     Eigen::RowVector3f mean(VerticesRef x) const {
@@ -84,7 +85,7 @@ std::vector<int> farthest_vertices(const PatchVertices& patch, const std::vector
         found.insert(found.end(), at.begin(), at.end());
     }
     std::ranges::sort(found);
-    found.erase(std::ranges::unique(found).begin(), found.end());
+    found.erase(std::unique(found.begin(), found.end()), found.end());
     return found;
 }
 

@@ -108,8 +108,7 @@ TEST(SphereStep, LeavesOutNoFacesThatAreNearAtAnyTimeOfAnyMotion) {
                     if (i % 8 == 0) at_ends.insert(at_ends.end(), now.begin(), now.end());
                 }
                 at_any_time = test::sorted(at_any_time);
-                const auto repeats = std::ranges::unique(at_any_time);
-                at_any_time.erase(repeats.begin(), repeats.end());
+                at_any_time.erase(std::unique(at_any_time.begin(), at_any_time.end()), at_any_time.end());
                 near += at_any_time.size();
                 for (const FacePair& pair : at_any_time)
                     missed_at_ends += std::ranges::count(at_ends, pair) == 0;

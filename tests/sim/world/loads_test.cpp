@@ -217,7 +217,8 @@ TetMesh hollow_ball(const TriMesh& sphere, double inner, double outer, int layer
     for (int k = 0; k < layers; ++k)
         for (int f = 0; f < sphere.F.rows(); ++f) {
             std::array<int, 3> c{sphere.F(f, 0), sphere.F(f, 1), sphere.F(f, 2)};
-            while (c[0] > c[1] || c[0] > c[2]) std::ranges::rotate(c, c.begin() + 1);  // keeps its sense
+            while (c[0] > c[1] || c[0] > c[2])
+                std::rotate(c.begin(), c.begin() + 1, c.end());  // keeps its sense
             const bool is_rising = c[1] < c[2];
             const int a = k * n + c[0], b = k * n + c[1], d = k * n + c[2];
             const int A = a + n, B = b + n, D = d + n;
