@@ -15,6 +15,7 @@
 #include "collision/base/temporary_files.hpp"
 #include "collision/query/self_query.hpp"
 #include "meshing/h5/sha256.hpp"
+#include "meshing/parallel/parallel_for.hpp"
 #include "meshing/surface/quadratic_tets.hpp"
 #include "training/files/dataset_manifest.hpp"
 #include "training/files/recording_format.hpp"
@@ -27,14 +28,18 @@ namespace {
 constexpr long first_shard_claim = 1L << 32, view_claim = 1L << 33;
 
 /// Calls work(i) for all i in [0, count) from `workers` threads. After the first exception, starts no further
-/// i and rethrows it.
+/// i and rethrows it. For a WorkLog, a loop of one task for each i; there must be one worker then.
 void run_workers(int count, int workers, const std::function<void(int)>& work) {
+    ForkJoin order(__FILE__, __LINE__);
     std::atomic<int> next = 0;
     std::exception_ptr failure;
     std::mutex mutex;
     const auto loop = [&] {
         try {
-            for (int i = next++; i < count; i = next++) work(i);
+            for (int i = next++; i < count; i = next++) {
+                const ForkJoin::Task task(order);
+                work(i);
+            }
         } catch (...) {
             const std::scoped_lock lock(mutex);
             if (!failure) failure = std::current_exception();

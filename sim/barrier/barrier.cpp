@@ -146,7 +146,7 @@ void Barrier::place(std::span<const Nodes> begin, std::span<const Nodes> end, do
 
 void Barrier::look(std::span<const Nodes> begin, std::span<const Nodes> end, double progress) {
     costs_ = {};
-    timed(costs_.update_us, [&] { place(begin, end, progress); });
+    timed(costs_.update_us, "update", [&] { place(begin, end, progress); });
     near_ = search_.find(surfaces_, reach_);
     costs_.add(search_.costs());
     find_near_smooth();

@@ -202,7 +202,7 @@ void NearFeatureSearch::ask_trees(std::vector<MovingSurface>& surfaces, double r
     if (!is_finite) references_.clear();  // serves no other motion
     candidates_.clear();
     const auto add = [&](int a, int b, const auto& query) {
-        const std::span<const FacePair> pairs = timed(costs_.collision_us, query);
+        const std::span<const FacePair> pairs = timed(costs_.collision_us, "search", query);
         costs_.face_pairs += std::ssize(pairs);
         const QueryCounters& counted = a == b ? self_query_.counters() : pair_query_.counters();
         costs_.nodes_bounded += counted.nodes_bounded;
@@ -300,7 +300,7 @@ void NearFeatureSearch::keep_near_unproved(std::vector<MovingSurface>& surfaces,
     MovingSurface& s = surfaces[surface];
     const HostProof& proof = *s.proof();
     const auto distance = static_cast<float>(near_share * reach + 2 * s.rounding());
-    const std::span<const FacePair> pairs = timed(costs_.collision_us, [&] {
+    const std::span<const FacePair> pairs = timed(costs_.collision_us, "search", [&] {
         return self_query_.boxes_within(s.own_tree(), distance, proof.known_leaves(), proof.open_leaves());
     });
     costs_.face_pairs += std::ssize(pairs);

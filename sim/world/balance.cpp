@@ -200,7 +200,7 @@ Rejection PartSolve::balance(Eigen::VectorXd& v, WorldReport& report) {
     double share = 0;
     for (int k = 0;; ++k) {
         stop_if_asked();
-        timed(report.detect_us,
+        timed(report.detect_us, "detect",
               [&] { equations_.contacts = contacts_at(v, share, given_ways.obstacles, shapes); });
         find_bonds(v);
         // Far from balance, friction of a size that does not change with the slip would push bodies away.
@@ -208,7 +208,8 @@ Rejection PartSolve::balance(Eigen::VectorXd& v, WorldReport& report) {
                                 world_.config.contact.tolerance, world_.step, v, true,
                                 k > 0 && report.imbalance < least_tangents);
         equations_.solver.solve_to(caution.precision);
-        std::vector<Imbalance> now = timed(report.assemble_us, [&] { return imbalances(v, given, k > 0); });
+        std::vector<Imbalance> now =
+            timed(report.assemble_us, "assemble", [&] { return imbalances(v, given, k > 0); });
         for (std::size_t b = 0; b < now.size(); ++b) now[b].scale = std::max(now[b].scale, begun[b]);
         const double tolerance = world_.config.statics->tolerance;
         const std::size_t worst =
@@ -230,13 +231,13 @@ Rejection PartSolve::balance(Eigen::VectorXd& v, WorldReport& report) {
         if (k == world_.config.step.newton_iterations) break;
         const bool is_exact = report.imbalance < caution.exact_below;
         regularise(v, now, caution);
-        timed(report.assemble_us,
+        timed(report.assemble_us, "assemble",
               [&] { build_systems(given, &v, is_exact ? Tangent::exact : Tangent::full); });
         to = v;
         ++report.newton_iterations;
         try {
-            const ContactSolveReport solved =
-                timed(report.solve_us, [&] { return tendons_.solve(world_, equations_, gases_, to); });
+            const ContactSolveReport solved = timed(
+                report.solve_us, "solve", [&] { return tendons_.solve(world_, equations_, gases_, to); });
             report.contacts = solved.active;
             report.solver_iterations += solved.linear_iterations;
             if (given_ways.are_gone() && solved.linear_iterations == 0 && to == v && !caution.solves_better())

@@ -205,10 +205,10 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
     double allowed = is_newton ? world_.config.step.newton_tolerance : contact_share;
     for (int k = 0;; ++k) {
         stop_if_asked();
-        timed(report.detect_us,
+        timed(report.detect_us, "detect",
               [&] { equations_.contacts = contacts_at(v, share, given_ways.obstacles, shapes); });
         find_bonds(v);
-        timed(report.solve_us, [&] {
+        timed(report.solve_us, "solve", [&] {
             if (k > 0)
                 equations_.solver.set_contacts(equations_.contacts, equations_.bonds, v);
             else
@@ -224,10 +224,10 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
         }
         if (k == most || (k > 0 && share < least_progress)) break;
         if (k > 0) linearised_at = v;
-        timed(report.assemble_us,
+        timed(report.assemble_us, "assemble",
               [&] { build_systems(given, k > 0 ? &v : nullptr, world_.config.step.tangent); });
         const ContactSolveReport solved =
-            timed(report.solve_us, [&] { return tendons_.solve(world_, equations_, gases_, to); });
+            timed(report.solve_us, "solve", [&] { return tendons_.solve(world_, equations_, gases_, to); });
         if (!solved.fallback.empty())
             report.fallback = fmt::format("at {:.6g} s: {}", world_.end(), solved.fallback);
         report.contacts = solved.active;
@@ -248,7 +248,7 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
         if (trusted < 1) to = v + trusted * (to - v);
         share = propose(v, to, given_ways.obstacles, report);
         if (share == 1 && trusted == 1 && !is_newton) {
-            const double error = timed(report.detect_us, [&] { return contact_error(to, shapes); });
+            const double error = timed(report.detect_us, "detect", [&] { return contact_error(to, shapes); });
             left_open.clear();
             if (error > allowed)
                 left_open = out_of_balance(error, allowed);
@@ -293,7 +293,7 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
 /// What comes near in the motion from v to `to`.
 void PartSolve::look(const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress,
                      WorldReport& report) {
-    const ScopedTimer timer(report.detect_us);
+    const ScopedTimer timer(report.detect_us, "detect");
     barrier_.look(world_.nodes_after(dt_, v), world_.nodes_after(dt_, to), progress);
     report.add(barrier_.costs());
 }
@@ -301,7 +301,7 @@ void PartSolve::look(const Eigen::VectorXd& v, const Eigen::VectorXd& to, double
 /// The share of the motion from v to `to` that is free of collisions.
 double PartSolve::propose(const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress,
                           WorldReport& report) {
-    const ScopedTimer timer(report.detect_us);
+    const ScopedTimer timer(report.detect_us, "detect");
     const double share = barrier_.move(world_.nodes_after(dt_, v), world_.nodes_after(dt_, to), progress);
     report.add(barrier_.costs());
     return share;
@@ -348,7 +348,7 @@ double PartSolve::search_line(const Eigen::VectorXd& v, const Eigen::VectorXd& t
 /// Why the end of a part must not be kept; empty: nothing intersects, nor has come too near for the next part
 /// since bounds missed it.
 std::string PartSolve::end_fault(const Eigen::VectorXd& v, WorldReport& report) {
-    const ScopedTimer timer(report.detect_us);
+    const ScopedTimer timer(report.detect_us, "detect");
     report.least_distance = barrier_.least_distance();  // the contacts at v were found last
     const std::vector<Intersection> found = barrier_.intersections(world_.nodes_after(dt_, v));
     if (!found.empty()) return intersection_text(found, barrier_.surfaces());

@@ -36,7 +36,7 @@ WorldReport World::step(double dt) {
             fmt::format("world: the increment would end at {:.6g} of the load, but 1 is the whole of it",
                         state_.time + dt));
     WorldReport report;
-    timed(report.rest_us, [&] { take_step(dt, report); });
+    timed(report.rest_us, "rest", [&] { take_step(dt, report); });
     return report;
 }
 

@@ -140,6 +140,39 @@ TEST_F(Bench, ImpactsAgreesWithExactAnswersAndSampling) {
     EXPECT_EQ(missed.err, "nbdtree-bench: error: collisions were missed\n");
 }
 
+TEST_F(Bench, ThreadsCountsTheTasksOfStepsAndDatasets) {
+    write("falls.json", R"({"bodies": [{"body": "box.h5"}], "time": {"dt": 0.001, "frames": 3}})");
+    const json rows =
+        bench_result(
+            "threads falls.json --steps 2 --dataset box.h5 --trajectories 3 --frames 2 -o threads.csv")
+            .at("rows");
+    EXPECT_TRUE(test::listing(folder()).contains("threads.csv"));
+    std::set<std::string> phases;
+    int works = 0;
+    for (const json& row : rows) {
+        if (row.at("kind") == "phase") phases.insert(row.at("phase").get<std::string>());
+        if (row.at("kind") == "counted") {
+            ++works;
+            EXPECT_GT(row.at("loops").get<double>(), 0);
+            EXPECT_GE(row.at("ms_1").get<double>(), row.at("ms_16").get<double>());
+        }
+        if (row.at("kind") == "loop" &&
+            row.at("place").get<std::string>().starts_with("apps/dataset/producer.cpp")) {
+            EXPECT_EQ(row.at("tasks"), 3);  // trajectories
+        }
+    }
+    EXPECT_EQ(works, 2);
+    for (const char* phase : {"assemble", "solve", "detect", "update", "rest"})
+        EXPECT_TRUE(phases.contains(phase)) << phase;
+    EXPECT_EQ(std::ranges::count_if(rows,
+                                    [](const json& row) {
+                                        return row.at("kind") == "loop" &&
+                                               row.at("place").get<std::string>().starts_with(
+                                                   "apps/dataset/producer.cpp");
+                                    }),
+              1);
+}
+
 TEST_F(Bench, RefusesInvalidInputInOneLine) {
     std::filesystem::create_directories(folder() / "empty");
     for (const auto& [name, row] :
@@ -179,6 +212,10 @@ TEST_F(Bench, RefusesInvalidInputInOneLine) {
         {"exactness absent.h5", 1, "absent.h5"},
         {"exactness box.h5 --scenes 0", 2, "--scenes"},
         {"exactness box.h5 -o box.h5", 1, "box.h5"},
+        {"threads", 2, "name scenes, --dataset or --train"},
+        {"threads absent.json", 1, "absent.json"},
+        {"threads absent.json --skip 0", 2, "--skip"},
+        {"threads --dataset absent.h5", 1, "absent.h5"},
         {"impacts absent", 2, "FOLDER"},
         {"impacts words --random 0 -q", 1, "a.csv, line 1: allowed: seven whole numbers separated by commas"},
         {"impacts zeros --random 0 -q", 1,

@@ -15,5 +15,6 @@ void add_bench_fig5(CLI::App& app, Output& out);
 void add_bench_contact(CLI::App& app, Output& out);
 void add_bench_impacts(CLI::App& app, Output& out);
 void add_bench_physics(CLI::App& app, Output& out);
+void add_bench_threads(CLI::App& app, Output& out);
 
 }  // namespace nbd

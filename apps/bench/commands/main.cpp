@@ -32,7 +32,10 @@ std::map<std::string, std::string> examples() {
              "  nbdtree-bench impacts queries -o impacts.csv      # a folder of queries with exact answers"},
             {"physics",
              "  nbdtree-bench physics --quick\n"
-             "  nbdtree-bench physics free_fall landing -o physics.csv"}};
+             "  nbdtree-bench physics free_fall landing -o physics.csv"},
+            {"threads",
+             "  nbdtree-bench threads assets/scenes/heap.json --skip 60 --steps 5 -o threads.csv\n"
+             "  nbdtree-bench threads --dataset beam.h5 --train beam.h5 poses.h5"}};
 }
 
 /// Benchmarks that are no longer there, with what to do instead.
@@ -63,6 +66,7 @@ nbd::Program describe() {
         nbd::add_bench_contact(app, out);
         nbd::add_bench_impacts(app, out);
         nbd::add_bench_physics(app, out);
+        nbd::add_bench_threads(app, out);
     };
     return {.name = "nbdtree-bench",
             .description = "Measures nbdtree beside other methods and libraries.",
