@@ -132,7 +132,8 @@ bool Barrier::obstacles_move() const {
 }
 
 void Barrier::place(std::span<const Nodes> begin, std::span<const Nodes> end, double progress) {
-    for (std::size_t b = 0; b < bodies_.size(); ++b) surfaces_[b].move(begin[b], end[b]);
+    parallel_for(
+        std::ssize(bodies_), [&](int b) { surfaces_[b].move(begin[b], end[b]); }, 1);
     progress_ = progress;
     for (const Wall& wall : walls_) {
         if (wall.surface < 0) continue;

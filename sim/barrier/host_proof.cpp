@@ -55,7 +55,8 @@ void HostProof::measure(int h, const Nodes& begin, const Nodes& end) {
 
 void HostProof::prove(const Nodes& begin, const Nodes& end) {
     const int count = rest_->hosts().size();
-    parallel_for(count, [&](int h) { measure(h, begin, end); });
+    parallel_for(
+        count, [&](int h) { measure(h, begin, end); }, 64);
     open_leaves_.clear();
     open_faces_.clear();
     rest_->contained().prove(begin, end, least_share, open_leaves_);

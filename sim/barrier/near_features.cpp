@@ -207,7 +207,8 @@ void NearFeatureSearch::ask_trees(std::vector<MovingSurface>& surfaces, double r
         const QueryCounters& counted = a == b ? self_query_.counters() : pair_query_.counters();
         costs_.nodes_bounded += counted.nodes_bounded;
         costs_.nodes_out_of_range += counted.nodes_out_of_range;
-        collect(surfaces, a, b, pairs, reach, room_, candidates_);
+        // Of many bodies, few come near each other.
+        if (!pairs.empty()) collect(surfaces, a, b, pairs, reach, room_, candidates_);
     };
     const int count = surfaces.size();
     for (int a = 0; a < count; ++a) {

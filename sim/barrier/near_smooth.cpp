@@ -1,7 +1,9 @@
 // The vertices of bodies that come near planes and balls.
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <vector>
 
+#include "meshing/parallel/parallel_for.hpp"
 #include "sim/barrier/barrier.hpp"
 
 namespace nbd {
@@ -22,20 +24,22 @@ bool Barrier::may_come_near(const MovingSurface& surface, std::span<const int> n
 
 void Barrier::find_near_smooth() {
     near_smooth_.clear();
+    std::vector<std::vector<NearSmooth>> found(bodies_.size());
     for (std::size_t w = 0; w < walls_.size(); ++w) {
         const Wall& wall = walls_[w];
         if (!wall.smooth) continue;
-        for (int b = 0; b < std::ssize(bodies_); ++b) {
-            if (!rules_.meet(b, party_of_obstacle(w))) continue;
+        const auto look_at_body = [&](int b) {
+            found[b].clear();
+            if (!rules_.meet(b, party_of_obstacle(w))) return;
             const MovingSurface& surface = surfaces_[b];
             const auto look_at = [&](int v) {
                 const NearSmooth near{b, v, static_cast<int>(w)};
                 const double way = wall.smooth->relative_way(surface.begin(v), surface.end(v), progress_);
-                if (distance(near, 0).distance <= reach_ + way) near_smooth_.push_back(near);
+                if (distance(near, 0).distance <= reach_ + way) found[b].push_back(near);
             };
             if (!surface.hangs_on_nodes()) {
                 for (int v = 0; v < surface.rest().rows(); ++v) look_at(v);
-                continue;
+                return;
             }
             const ContactShape& shape = surface.shape();
             const int patches = shape.patches.count(), width = ContactPatches::width;
@@ -45,7 +49,10 @@ void Barrier::find_near_smooth() {
                     if (may_come_near(surface, shape.patches.nodes[patch], wall))
                         for (const int v : shape.patches.vertices[patch]) look_at(v);
             }
-        }
+        };
+        parallel_for(std::ssize(bodies_), look_at_body, 1);
+        for (const std::vector<NearSmooth>& some : found)
+            near_smooth_.insert(near_smooth_.end(), some.begin(), some.end());
     }
 }
 

@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "meshing/parallel/parallel_for.hpp"
+
 namespace nbd {
 namespace {
 
@@ -241,10 +243,11 @@ Nodes StepPotential::gradient(const Nodes& v) {
 }
 
 void CoupledSystem::multiply(const Eigen::VectorXd& v, Eigen::VectorXd& out) const {
-    for (std::size_t b = 0; b < systems.size(); ++b) {
+    const auto multiply_body = [&](int b) {
         const int first = first_unknown[b], size = first_unknown[b + 1] - first;
         systems[b].multiply(v.segment(first, size), out.segment(first, size));
-    }
+    };
+    parallel_for(std::ssize(systems), multiply_body, 1);
     add_couplings(v, out);
 }
 

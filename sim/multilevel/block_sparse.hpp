@@ -101,15 +101,12 @@ class TransferMatrix : public RowLists {
         return blocks_.block(offset[row] + k);
     }
 
-    /// out = this times x, in parallel. x: C numbers for each column of blocks; out: R for each row.
-    void multiply(const float* x, float* out) const {
-        parallel_for(
-            rows(),
-            [&](int i) {
-                const LaneVector<R> row = times(i, x);
-                std::memcpy(out + std::ptrdiff_t{R} * i, &row, R * sizeof(float));
-            },
-            64);
+    /// out = this times x, in some rows. x: C numbers for each column of blocks; out: R for each row.
+    void multiply(RowRange rows, const float* x, float* out) const noexcept {
+        for (int i = rows.begin; i < rows.end; ++i) {
+            const LaneVector<R> row = times(i, x);
+            std::memcpy(out + std::ptrdiff_t{R} * i, &row, R * sizeof(float));
+        }
     }
 
     /// A block row times x, where x has C numbers for each column of blocks.

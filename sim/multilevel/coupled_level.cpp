@@ -41,12 +41,34 @@ void CoupledLevel<B>::begin(std::vector<const LevelMatrix<B>*> matrices, std::ve
             for (const RowRange& rows : colours[c]) colours_[c].push_back({body, rows});
         first_.push_back(first_.back() + matrices_[body]->rows());
     }
+    divide_rows();
     inverses_.resize(rows());
-    for (std::size_t body = 0; body < matrices_.size(); ++body)
-        parallel_for(matrices_[body]->rows(), [&](int i) {
+    for_rows([&](std::size_t body, RowRange rows) {
+        for (int i = rows.begin; i < rows.end; ++i)
             inverses_[first_[body] + i] = diagonals_[body][i].inverse().template cast<float>();
-        });
+    });
     for (std::vector<float>* vector : {&b, &z, &residual, &correction}) vector->resize(B * rows());
+}
+
+/// Tasks of about as many rows: parts of large bodies, several small ones.
+template <int B>
+void CoupledLevel<B>::divide_rows() {
+    constexpr int rows_per_task = B == 3 ? 256 : 64;
+    ranges_.clear();
+    task_begin_.assign(1, 0);
+    int in_task = 0;
+    for (std::size_t body = 0; body < matrices_.size(); ++body) {
+        const int count = matrices_[body]->rows();
+        for (int begin = 0, end = 0; begin < count; begin = end) {
+            end = std::min(count, begin + rows_per_task - in_task);
+            ranges_.push_back({body, {begin, end}});
+            in_task += end - begin;
+            if (in_task < rows_per_task) continue;
+            task_begin_.push_back(ranges_.size());
+            in_task = 0;
+        }
+    }
+    if (in_task > 0) task_begin_.push_back(ranges_.size());
 }
 
 template <int B>
@@ -108,12 +130,11 @@ void CoupledLevel<B>::sweep_colour(std::size_t colour, const Visit& visit) const
 template <int B>
 template <class Times>
 void CoupledLevel<B>::add_remainder(const float* from, float* to, const Times& times) const {
-    for (std::size_t body = 0; body < matrices_.size(); ++body) {
+    for_rows([&](std::size_t body, RowRange rows) {
         const int first = B * first_[body];
-        parallel_for(matrices_[body]->rows(), [&](int i) {
+        for (int i = rows.begin; i < rows.end; ++i)
             At<B>(to + first + B * i) -= column<B>(times(*matrices_[body], i, from + first));
-        });
-    }
+    });
     add_damping(from, to);
     subtract_couplings(from, to);
 }

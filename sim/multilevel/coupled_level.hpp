@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "meshing/parallel/parallel_for.hpp"
 #include "sim/factor/block_pattern.hpp"
 #include "sim/factor/lane_blocks.hpp"
 #include "sim/multilevel/block_sparse.hpp"
@@ -30,6 +31,19 @@ class CoupledLevel {
     int first_row(std::size_t body) const noexcept { return first_[body]; }
     std::size_t body_of(int row) const noexcept;
 
+    /// Calls visit(body, rows) for ranges of rows, which count from the body's first and together are all, in
+    /// parallel.
+    template <class Visit>
+    void for_rows(const Visit& visit) const {
+        parallel_for(
+            std::ssize(task_begin_) - 1,
+            [&](int task) {
+                for (int k = task_begin_[task]; k < task_begin_[task + 1]; ++k)
+                    visit(ranges_[k].body, ranges_[k].rows);
+            },
+            1);
+    }
+
     /// z = about A^-1 b, residual = b - A z.
     void smooth_from_zero();
 
@@ -44,11 +58,11 @@ class CoupledLevel {
     std::vector<float> b, z, residual, correction;  // [B rows]
 
  private:
-    /// Rows of a body that are swept one after the other.
     struct Part {
         std::size_t body;
         RowRange rows;  // of the body
     };
+    void divide_rows();
     template <class Visit>
     void sweep_colour(std::size_t colour, const Visit& visit) const;
     void subtract_couplings(const float* from, float* to) const;
@@ -58,7 +72,9 @@ class CoupledLevel {
 
     std::vector<const LevelMatrix<B>*> matrices_;
     std::vector<int> first_{0};               // [bodies + 1] first row of each body
-    std::vector<std::vector<Part>> colours_;  // those of all bodies
+    std::vector<Part> ranges_;                // of all rows, in order
+    std::vector<int> task_begin_{0};          // ranges_ of each task
+    std::vector<std::vector<Part>> colours_;  // those of all bodies; rows of a part are swept in order
     std::vector<Diagonal> diagonals_;         // of the bodies, without couplings
     std::vector<Square> inverses_;
     std::vector<int> coupled_;           // rows that couplings touch

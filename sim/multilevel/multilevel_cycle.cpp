@@ -183,28 +183,28 @@ bool MultilevelCycle::follows(const std::vector<double>& strengths) const {
 
 void MultilevelCycle::restrict_nodes() {
     using Point = Eigen::Map<Eigen::Vector3f>;
-    for (std::size_t b = 0; b < hierarchies_.size(); ++b) {
-        const int first = nodes_.first_row(b), nodes = nodes_.first_row(b + 1) - first;
-        parallel_for(nodes, [&](int i) {
-            Point(turned_.data() + 3 * (first + i)) =
-                rotations_[b][i].transpose() * Point(nodes_.residual.data() + 3 * (first + i));
-        });
-        hierarchies_[b]->fine.restriction.multiply(turned_.data() + 3 * first,
+    nodes_.for_rows([&](std::size_t b, RowRange rows) {
+        for (int i = rows.begin; i < rows.end; ++i) {
+            const int at = 3 * (nodes_.first_row(b) + i);
+            Point(turned_.data() + at) = rotations_[b][i].transpose() * Point(nodes_.residual.data() + at);
+        }
+    });
+    levels_[0].for_rows([&](std::size_t b, RowRange rows) {
+        hierarchies_[b]->fine.restriction.multiply(rows, turned_.data() + 3 * nodes_.first_row(b),
                                                    levels_[0].b.data() + 6 * levels_[0].first_row(b));
-    }
+    });
 }
 
 void MultilevelCycle::prolong_to_nodes() {
-    for (std::size_t b = 0; b < hierarchies_.size(); ++b) {
-        const int first = nodes_.first_row(b);
+    nodes_.for_rows([&](std::size_t b, RowRange rows) {
         const TransferMatrix<3, 6>& P = hierarchies_[b]->fine.prolongation;
         const float* from = levels_[0].z.data() + 6 * levels_[0].first_row(b);
-        parallel_for(P.rows(), [&](int i) {
+        for (int i = rows.begin; i < rows.end; ++i) {
             const auto row = P.times(i, from);
-            Eigen::Map<Eigen::Vector3f>(nodes_.correction.data() + 3 * (first + i)) =
+            Eigen::Map<Eigen::Vector3f>(nodes_.correction.data() + 3 * (nodes_.first_row(b) + i)) =
                 rotations_[b][i] * Eigen::Vector3f(row[0], row[1], row[2]);
-        });
-    }
+        }
+    });
 }
 
 /// to = transfer times from, body by body; `transfer` is that of a body's level to the next or back. `from`
@@ -213,14 +213,14 @@ void MultilevelCycle::move_between(std::size_t k, TransferMatrix<6, 6> Transfer<
                                    std::span<const float> from, std::span<float> to) const {
     const bool down = transfer == &Transfer<6>::restriction;
     const Level &source = levels_[down ? k : k + 1], &target = levels_[down ? k + 1 : k];
-    for (std::size_t b = 0; b < hierarchies_.size(); ++b) {
+    target.for_rows([&](std::size_t b, RowRange rows) {
         const float* part = from.data() + 6 * source.first_row(b);
         float* out = to.data() + 6 * target.first_row(b);
         if (is_coarsened(b, k))
-            (rest_level(b, k).coarser.*transfer).multiply(part, out);
+            (rest_level(b, k).coarser.*transfer).multiply(rows, part, out);
         else
-            std::copy_n(part, 6 * (source.first_row(b + 1) - source.first_row(b)), out);
-    }
+            std::copy(part + 6 * rows.begin, part + 6 * rows.end, out + 6 * rows.begin);
+    });
 }
 
 void MultilevelCycle::apply(const Eigen::VectorXf& r, Eigen::VectorXf& z) {

@@ -48,15 +48,15 @@ std::vector<double> rounding_norms(const CoupledSystem& system, const BodyNorms&
                                    const Eigen::VectorXd& b, const Eigen::VectorXd& v) {
     constexpr double unit = 4 * std::numeric_limits<double>::epsilon();
     Eigen::VectorXd noise(system.size());
-    for (std::size_t k = 0; k < system.systems.size(); ++k) {
-        const auto& diagonal = system.systems[k].matrix().diagonal();
-        const int first = system.first_unknown[k];
-        for (int i = 0; i < std::ssize(diagonal); ++i) {
-            const int at = first + 3 * i;
-            const double product = 2 * diagonal[i].norm() * v.segment<3>(at).norm();
+    norms.for_parts([&](std::size_t body, Eigen::Index begin, Eigen::Index size) {
+        const auto& diagonal = system.systems[body].matrix().diagonal();
+        const Eigen::Index first = system.first_unknown[body];
+        // Of nodes that begin in the part.
+        for (Eigen::Index at = first + 3 * ((begin - first + 2) / 3); at < begin + size; at += 3) {
+            const double product = 2 * diagonal[(at - first) / 3].norm() * v.segment<3>(at).norm();
             noise.segment<3>(at) = unit * (b.segment<3>(at).cwiseAbs().array() + product);
         }
-    }
+    });
     for (const Coupling& coupling : system.couplings) {
         const double size = coupling.A.norm();
         if (size == 0) continue;

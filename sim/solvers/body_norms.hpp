@@ -23,6 +23,13 @@ class BodyNorms {
     std::vector<double> of(const Eigen::VectorXd& r, const Prepare& prepare) const;
     std::vector<double> of(const Eigen::VectorXd& r) const;
 
+    /// Calls visit(body, begin, size) for parts of the unknowns that together are all, in parallel.
+    template <class Visit>
+    void for_parts(const Visit& visit) const {
+        parallel_for(
+            std::ssize(parts_), [&](int k) { visit(parts_[k].body, parts_[k].begin, parts_[k].size); }, 1);
+    }
+
  private:
     struct Part {
         std::size_t body;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "meshing/parallel/parallel_for.hpp"
 #include "sim/fem/momentum.hpp"
 #include "sim/world/step_loads.hpp"
 #include "sim/world/time_rule.hpp"
@@ -72,24 +73,28 @@ bool makes_energy(const WorldState& world, const RigidVector& motion, int index)
 /// contacts let them have it. Impulses of the solver are `factor` times those that act, see StepSystem.
 /// Returns an empty text, or why the simulation has failed; the bodies then stay where they are.
 std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_solved, WorldReport& report) {
+    const int bodies = state_.body_count();
     int inverted = 0;
-    std::vector<double> energies;
     BodyPositions last{.x = state_.nodes_after(part.dt, v), .centres = {}};
     const std::vector<Nodes>& ends = last.x;
     last.centres = state_.centres_of(ends);
-    const auto [dt, factor] = state_.step;
-    BodyPositions middles;
-    for (int b = 0; b < state_.body_count(); ++b) {
+    const double dt = state_.step.dt, factor = state_.step.velocity_factor;
+    BodyPositions middles{.x = std::vector<Nodes>(bodies), .centres = std::vector<Eigen::Vector3d>(bodies)};
+    std::vector<ElementReport> elements(bodies);
+    const auto measure_end = [&](int b) {
         const SteppedBody& body = state_.at(b);
-        middles.x.push_back(middle(state_, body));
-        middles.centres.push_back(centre_of_mass(*body.elastic, middles.x.back()));
-        const ElementReport elements = body.elastic->measure(ends[b]);
-        inverted += elements.inverted;
-        std::string failure = pose_failure(b, elements, body.elastic->element_count(), state_.config.limits);
+        middles.x[b] = middle(state_, body);
+        middles.centres[b] = centre_of_mass(*body.elastic, middles.x[b]);
+        elements[b] = body.elastic->measure(ends[b]);
+    };
+    parallel_for(bodies, measure_end, 1);
+    for (int b = 0; b < bodies; ++b) {
+        inverted += elements[b].inverted;
+        std::string failure =
+            pose_failure(b, elements[b], state_.at(b).elastic->element_count(), state_.config.limits);
         if (!failure.empty()) return failure;
-        energies.push_back(elements.energy);
     }
-    for (int b = 0; b < state_.body_count(); ++b) state_.at(b).energy = energies[b];
+    for (int b = 0; b < bodies; ++b) state_.at(b).energy = elements[b].energy;
     report.inverted_elements = inverted;
     if (state_.config.statics) {
         come_to_rest(part, v, last);
@@ -98,9 +103,9 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
     const Eigen::VectorXd impulses = equations_.solver.step_impulses(v);
     const Eigen::VectorXd all = equations_.bonds.empty() ? impulses : equations_.solver.impulses(v);
     const std::vector<Momentum> of_contacts = equations_.solver.momenta(v, middles, last);
-    std::vector<RigidVector> missing;  // impulses
-    std::vector<std::optional<RigidMatrix>> inertia;
-    for (int b = 0; b < state_.body_count(); ++b) {
+    std::vector<RigidVector> missing(bodies);  // impulses
+    std::vector<std::optional<RigidMatrix>> inertia(bodies);
+    const auto advance_body = [&](int b) {
         SteppedBody& body = state_.at(b);
         const std::size_t index = b;
         Momentum momentum = end_momentum(state_, joint_forces_, b, ends[index], of_contacts[index]);
@@ -108,12 +113,12 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
         const Momentum solved = momentum_of(*body.elastic, body.state);
         // Damping by mass takes its share of an impulse, too.
         const double lasting = factor * (1 + dt * body.elastic->material().rayleigh_mass);
-        missing.emplace_back() << momentum.linear - solved.linear, momentum.angular - solved.angular;
-        missing.back() *= lasting;
-        inertia.emplace_back();
+        missing[index] << momentum.linear - solved.linear, momentum.angular - solved.angular;
+        missing[index] *= lasting;
         if (!state_.is_held(body))
-            inertia.back() = factor * lasting * rigid_inertia(*body.elastic, body.state.x);
-    }
+            inertia[index] = factor * lasting * rigid_inertia(*body.elastic, body.state.x);
+    };
+    parallel_for(bodies, advance_body, 1);
     std::vector<Eigen::Vector3d> more;  // impulses of the response
     if (is_solved) {
         // Where a step is long for contacts, momentum that is given without them would grow from step to

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "meshing/parallel/parallel_for.hpp"
 #include "sim/fem/step_system.hpp"
 #include "sim/world/joint_forces.hpp"
 #include "sim/world/part_solve.hpp"
@@ -32,20 +33,26 @@ void PartSolve::find_bonds(const Eigen::VectorXd& v) {
 void PartSolve::build_systems(const std::vector<PrescribedNodes>& given, const Eigen::VectorXd* iterate,
                               Tangent tangent) {
     gases_.clear();
+    std::vector<Nodes> at;
     for (int b = 0; b < world_.body_count(); ++b) {
         SteppedBody& body = world_.at(b);
-        const Nodes w = iterate ? world_.part_of(b, *iterate) : first_iterate(world_, body);
+        const Nodes& w = at.emplace_back(iterate ? world_.part_of(b, *iterate) : first_iterate(world_, body));
         set_end_forces(world_, body, body.start.x + world_.step.dt * w);
         linearise_loads(world_, body, w);
         gases_.linearise(world_, b, w);
+    }
+    const auto assemble = [&](int b) {
+        const SteppedBody& body = world_.at(b);
+        StepSystem& system = equations_.systems[b];
         // What pulls at a rigid body is far beyond its weight, so that an iteration needs how that turns with
         // it.
         const bool is_full = body.elastic->is_rigid() && iterate && tangent == Tangent::rotated;
-        equations_.systems[b].assemble(body.start, world_.step, end_loads(world_, body), w,
-                                       is_full ? Tangent::full : tangent);
-        add_tangents(world_, body, w, equations_.systems[b]);
-    }
-    for (std::size_t b = 0; b < world_.bodies.size(); ++b) equations_.systems[b].prescribe(given[b]);
+        system.assemble(body.start, world_.step, end_loads(world_, body), at[b],
+                        is_full ? Tangent::full : tangent);
+        add_tangents(world_, body, at[b], system);
+        system.prescribe(given[b]);
+    };
+    parallel_for(world_.body_count(), assemble, 1);
 }
 
 /// Norm of the residual impulse at v of the body that is farthest from balance, relative to its scale, see

@@ -127,8 +127,9 @@ double PartSolve::contact_error(const Eigen::VectorXd& v, std::span<const Contac
 /// not settle, a motion may be far beyond that, and near everything.
 double PartSolve::trusted_share(const Eigen::VectorXd& v, const Eigen::VectorXd& to) const {
     double share = 1;
+    const Eigen::VectorXd change = to - v;
     for (int b = 0; b < world_.body_count(); ++b) {
-        const Nodes way = dt_ * world_.part_of(b, to - v);
+        const Nodes way = dt_ * world_.part_of(b, change);
         const Eigen::RowVector3d mean = way.colwise().mean();
         const double most = (way.rowwise() - mean).rowwise().norm().maxCoeff();
         if (const double allowed = world_.at(b).shape->rest_diagonal; most > allowed)

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "meshing/parallel/parallel_for.hpp"
 #include "sim/world/gases.hpp"
 #include "sim/world/step_loads.hpp"
 
@@ -95,13 +96,16 @@ void choose_steps(WorldState& world, JointForces& joints, const LargestTurns& tu
 }
 
 LargestTurns largest_turns(const WorldState& world, double dt) {
+    std::vector<double> angles(world.bodies.size(), 0.0);
+    const auto measure = [&](int b) {
+        const SteppedBody& body = world.at(b);
+        if (world.can_turn(body)) angles[b] = dt * angular_velocity(*body.elastic, body.state).norm();
+    };
+    parallel_for(world.body_count(), measure, 1);
     LargestTurns largest;
     for (int b = 0; b < world.body_count(); ++b) {
-        const SteppedBody& body = world.at(b);
-        if (!world.can_turn(body)) continue;
-        const double angle = dt * angular_velocity(*body.elastic, body.state).norm();
-        LargestTurn& of_kind = body.elastic->is_rigid() ? largest.rigid : largest.deformable;
-        if (angle > of_kind.angle) of_kind = {angle, b};
+        LargestTurn& of_kind = world.at(b).elastic->is_rigid() ? largest.rigid : largest.deformable;
+        if (angles[b] > of_kind.angle) of_kind = {angles[b], b};
     }
     return largest;
 }
