@@ -18,12 +18,13 @@ Eigen::MatrixXf take_linear_centre(const PoseRows& z, PoseRows& spheres) {
     const Eigen::LDLT<Eigen::MatrixXd> factor(moments);
 
     Eigen::MatrixXf map(m, 3 * nodes);
-    parallel_for(nodes, [&](int node) {
+    const auto fit_node = [&](int node) {
         auto centres = spheres.middleCols<3>(MlpShape::outputs * node);
         map.middleCols<3>(3 * node) =
             factor.solve(centred.transpose() * centres.cast<double>()).cast<float>();
         centres -= z * map.middleCols<3>(3 * node);
-    });
+    };
+    parallel_for(nodes, fit_node, 1);
     return map;
 }
 
@@ -40,7 +41,7 @@ NbdNetworks round_networks(const MlpShape& shape, std::span<const float> weights
         x.fix();
     }
     std::vector<float> centred(weights.begin(), weights.end());
-    parallel_for(rounded.count(), [&](int node) {
+    const auto centre_node = [&](int node) {
         Eigen::Array4d error = Eigen::Array4d::Zero();
         for (Eigen::Index i = 0; i < poses; ++i) {
             Eigen::Array4f given;
@@ -50,7 +51,8 @@ NbdNetworks round_networks(const MlpShape& shape, std::span<const float> weights
         }
         float* bias = centred.data() + std::ptrdiff_t{node} * shape.weights() + shape.b3();
         Eigen::Map<Eigen::Array4f>{bias} += (error / static_cast<double>(poses)).cast<float>();
-    });
+    };
+    parallel_for(rounded.count(), centre_node, 1);
     return {shape.inputs, shape.hidden, centred};
 }
 
