@@ -15,9 +15,11 @@ namespace nbd {
 
 std::string edge_defect(std::span<const ContactEdge> edges, int id) {
     for (std::size_t i = 0; i < edges.size(); ++i) {
-        const auto& [face, partner, other] = edges[i];
+        const ContactEdge& edge = edges[i];
+        const auto& [face, partner, other] = edge;
         const auto defect = [&](const char* allowed) {
-            return fmt::format("contact edge ({}, {}, {}); allowed: {}", face, partner, other, allowed);
+            return fmt::format("contact edge ({}, {}, {}); allowed: {}", edge.face, edge.partner, edge.other,
+                               allowed);
         };
         if (face < 0) return defect("faces from 0 on");
         if (partner < unrecorded_partner && other != -1) return defect("face -1 of an obstacle");
