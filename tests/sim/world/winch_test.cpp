@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "meshing/body/make_body.hpp"
@@ -29,6 +30,12 @@ Model rigid_block(const Vector3d& size) {
 
 WorldConfig without_gravity(TimeIntegrator integrator = TimeIntegrator::second_order) {
     return {.gravity = Vector3d::Zero(), .step = {.integrator = integrator}};
+}
+
+CordJoint pulled(const Vector3d& from, const Vector3d& to, Keyed<double> tension) {
+    CordJoint cord{.from = from, .to = to};
+    cord.tension = std::move(tension);
+    return cord;
 }
 
 Keyed<double> constant(double value) { return {{0.0}, {value}}; }
