@@ -50,7 +50,8 @@ std::vector<Bond> bonds_at(const WorldState& world, const Eigen::VectorXd& v) {
     for (std::size_t k = 0; k < found.size(); ++k) {
         terms.add(found[k], world.first_unknown);
         Bond& bond = found[k];
-        if (bond.law.is_radial() && !bond.is_spring && world.step.velocity_factor > 1)
+        const bool is_cord = world.tendon_of(bond.joint) >= 0 || (bond.law.is_radial() && !bond.is_spring);
+        if (is_cord && world.step.velocity_factor > 1)
             pull_along_mean(bond, bond.difference - way(terms, k, world, x));
         bond.difference -= dt * terms.velocity(k, v);
         if (world.config.statics) bond.law.damping = 0;
