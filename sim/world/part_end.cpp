@@ -47,10 +47,10 @@ double rigid_energy(const ElasticBody& elastic, const BodyState& state) {
            momentum.angular.dot(angular_velocity(elastic, state)) / 2;
 }
 
-/// Whether a motion that a rigid body is to get makes energy. In a step of backward Euler in which it turns
-/// far, straight ways lead it to its least axis of inertia, about which it has the most energy by its angular
-/// momentum; and where an impulse acts on a body with a small moment of inertia, what is missing of it may be
-/// much.
+/// Whether a motion that a rigid body without joints is to get makes energy. In a step of backward Euler in
+/// which it turns far, straight ways lead it to its least axis of inertia, about which it has the most energy
+/// by its angular momentum; and where an impulse acts on a body with a small moment of inertia, what is
+/// missing of it may be much.
 bool makes_energy(const WorldState& world, const RigidVector& motion, int index) {
     constexpr double rounding = 1e-3, share = 0.1;  // of the energy
     const SteppedBody& body = world.at(index);
@@ -128,8 +128,8 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
         ContactSolver::RigidResponse response = equations_.solver.response(v, missing, inertia, now);
         std::vector<char> fits(state_.bodies.size(), 1);
         for (int b = 0; b < state_.body_count(); ++b)
-            fits[b] = !makes_energy(state_, factor * response.motions[b], b) &&
-                      (!state_.is_joined(b) || is_fit(state_, factor * response.motions[b], b));
+            fits[b] = state_.is_joined(b) ? is_fit(state_, factor * response.motions[b], b)
+                                          : !makes_energy(state_, factor * response.motions[b], b);
         if (std::ranges::find(fits, 0) != fits.end()) {
             const std::vector<PairImpulse> touching =
                 equations_.solver.pair_impulses(v, response.of_each, middles);

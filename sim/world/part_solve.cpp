@@ -240,7 +240,8 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
         if (k == 0 && world_.step.velocity_factor > 1) {
             // A step that goes on by what was before would make energy, or throw what is caught.
             caught_ = joints_catch(world_, equations_, to);
-            if (caught_ || strain_of_turns(to) > rigid_strain) {
+            const bool is_free = world_.joints.empty() && solved.active == 0;
+            if (caught_ || (!is_free && strain_of_turns(to) > rigid_strain)) {
                 is_abrupt_ = true;
                 return {.reason = "a body turns abruptly, or is caught"};
             }

@@ -183,7 +183,7 @@ Rejection World::try_part(const StepPart& part, WorldReport& report) {
         const Rejection unsolved = solve.run(v, report);
         if (unsolved) rejection = unsolved;
         if (!rejection && !state_.config.statics)
-            rejection = turned_too_far(state_, largest_rigid_turn(state_, v), most_rigid_turn);
+            rejection = turned_too_far(state_, largest_rigid_turn(state_, v), 2 * most_rigid_turn);
         if (rejection && (!part.finest || rejection.fatal)) return rejection;
         // Impulses that do not balance the motion tell nothing of its momentum.
         is_guide = !solve.was_caught();

@@ -163,7 +163,7 @@ TEST_F(Inputs, ObstaclesThatAreInsideOutAreTurnedAndTold) {
     Vertices turned, plain;
     RecordingReader(folder() / "flipped.h5").read(0, 30, 1, turned);
     RecordingReader(folder() / "block_run.h5").read(0, 30, 1, plain);
-    EXPECT_TRUE(turned.isApprox(plain, 1e-4f));  // the corners of its faces have another order
+    EXPECT_TRUE(turned.isApprox(plain, 5e-4f));  // the corners of its faces have another order
     EXPECT_GT(plain.col(2).minCoeff(), -0.02f) << "the body lies on the block";
 }
 
