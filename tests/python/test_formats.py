@@ -171,7 +171,7 @@ def files(command, assets, tmp_path_factory):
     run("mesh", assets / "beam.obj", "-o", "beam.h5")
     run("mesh", assets / "block.mesh", "-o", "block.h5", "--region", "group 2:young=3e5")
     run("modes", "beam.h5", "-m", 16)
-    run("mesh", assets / "beam.obj", "-o", "plain.h5")
+    run("mesh", assets / "beam.obj", "-o", "plain.h5", "--elements", "linear")
     run("mesh", assets / "beam.obj", "-o", "quadratic.h5", "--edge", 0.1, "--elements", "quadratic")
     run("mesh", assets / "beam.obj", "-o", "caged.h5", "--cage", 60)
     extras = ["--contact-forces", "--stress", "--deformation-gradients", "--contact-edges"]
