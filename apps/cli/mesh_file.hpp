@@ -34,13 +34,13 @@ struct MeshedFile {
 /// Makes a body from a file. A surface is checked and filled with tetrahedra; for tetrahedra made elsewhere
 /// (.msh .mesh .vtk .vtu .inp), or those of a body file (.h5) with its material, the surface is their
 /// boundary. With `cage` or `inside`, any surface is taken as it is and embedded in the tetrahedra of a
-/// coarse cage around it, or in those of another body, whose materials it takes. Else, unless `error` is 0,
-/// the edges of quadratic tetrahedra become shorter until they bend as rightly. Groups of tetrahedra in the
-/// file become regions of material. Prints to `out` what was found and repaired. Positions far from zero are
-/// counted from an origin of the body, see Body::origin. Throws std::runtime_error, before it takes memory,
-/// if the surface needs more than is available; and what reading, checking and filling throw; messages of
-/// checks start with the path. Throws std::invalid_argument if `regions` names a group that the file does not
-/// have.
+/// coarse cage around it, or in those of another body, whose materials it takes. Else, unless
+/// error_to_search_for() is 0, the edges of quadratic tetrahedra become shorter until they bend as rightly.
+/// Groups of tetrahedra in the file become regions of material. Prints to `out` what was found and repaired.
+/// Positions far from zero are counted from an origin of the body, see Body::origin. Throws
+/// std::runtime_error, before it takes memory, if the surface needs more than is available; and what reading,
+/// checking and filling throw; messages of checks start with the path. Throws std::invalid_argument if
+/// `regions` names a group that the file does not have.
 MeshedFile mesh_file(const std::filesystem::path& path, const MeshFileConfig& config, const Output& out);
 
 /// Whether a file holds tetrahedra, by its extension: .msh .mesh .vtk .vtu .inp, or .h5 for a body.

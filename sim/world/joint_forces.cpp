@@ -17,6 +17,14 @@ void add(Momentum& sum, const Momentum& more, double times = 1) {
     sum.angular += times * more.angular;
 }
 
+/// Whether a bond is of a rope or tendon that is told to stretch.
+bool stretches(const WorldState& world, const Bond& bond) {
+    if (const int tendon = world.tendon_of(bond.joint); tendon >= 0)
+        return world.tendons[tendon].stiffness > 0;
+    const auto* cord = std::get_if<CordJoint>(&world.joints[bond.joint].joint().kind);
+    return cord && cord->stiffness > 0;
+}
+
 /// How far the two points of a bond have gone from each other since the start of the step, with the nodes at
 /// x.
 Eigen::Vector3d way(const ContactTerms& terms, std::size_t bond, const WorldState& world,
@@ -69,9 +77,8 @@ std::string joint_fault(const WorldState& world, std::span<const Bond> bonds, co
         terms.add(bond, world.first_unknown);
         const double stiffness =
             std::max(bond.law.stiffness, bond.law.K.selfadjointView<Eigen::Lower>().operatorNorm());
-        const auto* cord = std::get_if<CordJoint>(&world.joints[bond.joint].joint().kind);
-        const bool stretches = bond.is_spring || (cord && cord->stiffness > 0);
-        if (stretches || world.broken[bond.joint] || !(stiffness > 0)) continue;
+        if (bond.is_spring || stretches(world, bond) || world.broken[bond.joint] || !(stiffness > 0))
+            continue;
         const double gives =
             bond.law.at(bond.difference + world.step.dt * terms.velocity(k, v)).gradient.norm() / stiffness;
         const JointBonds& joint = world.joints[bond.joint];
@@ -90,6 +97,10 @@ bool joints_catch(const WorldState& world, const StepEquations& equations, const
         double ends = 0;           // of the vector between its ends
         bool pulls = false;
     };
+    const auto may_catch = [&](const Bond& bond) {
+        return (bond.law.pulls_only || world.tendon_of(bond.joint) >= 0) && !stretches(world, bond);
+    };
+    if (std::ranges::none_of(equations.bonds, may_catch)) return false;
     const double dt = world.step.dt;
     const std::vector<Nodes> x = world.nodes_now(), after = world.nodes_after(dt, v);
     std::vector<Cord> cords(world.tendons.size());  // of tendons, then of ropes and limits
@@ -97,20 +108,18 @@ bool joints_catch(const WorldState& world, const StepEquations& equations, const
     for (std::size_t k = 0; k < equations.bonds.size(); ++k) {
         const Bond& bond = equations.bonds[k];
         terms.add(bond, world.first_unknown);
+        if (!may_catch(bond)) continue;
         const JointBonds& joint = world.joints[bond.joint];
-        const auto* cord = std::get_if<CordJoint>(&joint.joint().kind);
+        const bool is_cord = std::holds_alternative<CordJoint>(joint.joint().kind);
         const int tendon = world.tendon_of(bond.joint);
-        const bool stretches =
-            tendon >= 0 ? world.tendons[tendon].stiffness > 0 : cord && cord->stiffness > 0;
-        if (stretches || (tendon < 0 && !bond.law.pulls_only)) continue;
         Eigen::Vector3d rate = Eigen::Vector3d::Zero();
         for (const CouplingTerm& t : terms.of(k))
             rate += t.weight * world.bodies[t.body].state.v.row(t.node).transpose();
-        const Eigen::Vector3d span = cord ? joint.span(x) : bond.law.along,
+        const Eigen::Vector3d span = is_cord ? joint.span(x) : bond.law.along,
                               way = nbd::way(terms, k, world, after);
         Cord& one = tendon < 0 ? cords.emplace_back() : cords[tendon];
         one.now += rate.dot(span.normalized());
-        one.mean += (cord ? (span + way).norm() - span.norm() : way.dot(span)) / dt;
+        one.mean += (is_cord ? (span + way).norm() - span.norm() : way.dot(span)) / dt;
         one.ends += rate.norm();
         one.pulls = one.pulls || !equations.solver.bond_impulse(k, v).isZero(0);
     }

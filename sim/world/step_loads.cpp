@@ -86,8 +86,8 @@ double excess_work(const WorldState& world, const SteppedBody& body, const Nodes
 
 namespace {
 
-constexpr double of_change =
-    0.01;  // errors of forces that are a lesser share of what changes the motion are relative to it
+/// Of what changes the motion: errors of smaller forces are told relative to that share of it.
+constexpr double of_change = 0.01;
 
 /// What changes the motion of a body's nodes in a step that leads to w: the sum of the lengths of forces,
 /// newtons.
@@ -105,11 +105,10 @@ double follow_error(const WorldState& world, const Eigen::VectorXd& v) {
         const SteppedBody& body = world.at(b);
         const auto follows = [](const LoadForces& one) { return one.load().follows(); };
         if (std::ranges::none_of(body.loads, follows)) continue;
-        const Nodes x = body.start.x + world.step.dt * world.part_of(b, v);
+        const Nodes w = world.part_of(b, v), x = body.start.x + world.step.dt * w;
         Nodes forces = Nodes::Zero(x.rows(), 3), others = body.forces;
         for (const LoadForces& one : body.loads)
             one.add(x, one.load().factor.at(end, world.load_share(end)), follows(one) ? forces : others);
-        const Nodes w = world.part_of(b, v);
         Nodes off = others + forces - body.outer_end;
         if (!body.springs.empty()) off -= spring_forces(world, body, w);
         const double all =

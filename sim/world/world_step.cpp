@@ -185,8 +185,8 @@ Rejection World::try_part(const StepPart& part, WorldReport& report) {
         if (!rejection && !state_.config.statics)
             rejection = turned_too_far(state_, largest_rigid_turn(state_, v), 2 * most_rigid_turn);
         if (rejection && (!part.finest || rejection.fatal)) return rejection;
-        // Impulses that do not balance the motion tell nothing of its momentum.
         is_guide = !solve.was_caught();
+        // Impulses that do not balance the motion tell nothing of its momentum.
         const bool is_solved = !unsolved && report.contacts_settled;
         if (std::string failure = move(part, v, is_solved, report); !failure.empty())
             return {.reason = failure, .fatal = true};

@@ -17,6 +17,7 @@
 #include "tests/meshing/shapes.hpp"
 #include "tests/sim/support/momentum.hpp"
 #include "tests/sim/world/box_model.hpp"
+#include "tests/sim/world/cords.hpp"
 #include "tests/support/box_mesh.hpp"
 #include "tests/support/error_of.hpp"
 
@@ -24,7 +25,11 @@ namespace nbd {
 namespace {
 
 using Eigen::Vector3d;
+using test::constant;
 using test::Model;
+using test::pulled;
+using test::rigid_block;
+using test::without_gravity;
 
 const Material undamped{.young = 1e5, .poisson = 0.3, .rayleigh_mass = 0};
 
@@ -35,12 +40,6 @@ Model block(const Vector3d& size, const Eigen::Vector3i& cells, bool is_quadrati
     return Model(make_body("block", std::move(mesh), undamped), true);
 }
 
-Model rigid_block(const Vector3d& size) {
-    TriMesh box = test::box(size[0], size[1], size[2], 2);
-    box.X.rowwise() -= size.transpose() / 2;
-    return Model(make_rigid_body("block", std::move(box), 1000), true);
-}
-
 BodyLoad muscle_of(const WorldBody& body, const Vector3d& fibres, double tension) {
     BodyLoad load{.kind = LoadKind::muscle, .tension = tension};
     load.tets.resize(body.elastic->element_count());
@@ -48,18 +47,6 @@ BodyLoad muscle_of(const WorldBody& body, const Vector3d& fibres, double tension
     load.fibres.assign(load.tets.size(), fibres);
     return load;
 }
-
-WorldConfig without_gravity(TimeIntegrator integrator = TimeIntegrator::second_order) {
-    return {.gravity = Vector3d::Zero(), .step = {.integrator = integrator}};
-}
-
-CordJoint pulled(const Vector3d& from, const Vector3d& to, Keyed<double> tension) {
-    CordJoint cord{.from = from, .to = to};
-    cord.tension = std::move(tension);
-    return cord;
-}
-
-Keyed<double> constant(double value) { return {{0.0}, {value}}; }
 
 Vector3d extent(const Nodes& x) { return (x.colwise().maxCoeff() - x.colwise().minCoeff()).transpose(); }
 

@@ -14,31 +14,18 @@
 #include "tests/meshing/shapes.hpp"
 #include "tests/sim/support/momentum.hpp"
 #include "tests/sim/world/box_model.hpp"
+#include "tests/sim/world/cords.hpp"
 #include "tests/support/error_of.hpp"
 
 namespace nbd {
 namespace {
 
 using Eigen::Vector3d;
+using test::constant;
 using test::Model;
-
-Model rigid_block(const Vector3d& size) {
-    TriMesh box = test::box(size[0], size[1], size[2], 2);
-    box.X.rowwise() -= size.transpose() / 2;
-    return Model(make_rigid_body("block", std::move(box), 1000), true);
-}
-
-WorldConfig without_gravity(TimeIntegrator integrator = TimeIntegrator::second_order) {
-    return {.gravity = Vector3d::Zero(), .step = {.integrator = integrator}};
-}
-
-CordJoint pulled(const Vector3d& from, const Vector3d& to, Keyed<double> tension) {
-    CordJoint cord{.from = from, .to = to};
-    cord.tension = std::move(tension);
-    return cord;
-}
-
-Keyed<double> constant(double value) { return {{0.0}, {value}}; }
+using test::pulled;
+using test::rigid_block;
+using test::without_gravity;
 
 /// A rope that does not stretch winds a block up at a constant speed, in small and large steps, and bears its
 /// weight; a spring at the winch is longer by that.
