@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <Eigen/SparseCore>
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -152,10 +153,9 @@ std::optional<double> bending_error(const Body& body, int most_tets, const TriMe
                      least =
                          work(coarse, values_in(richer.rest(), coarse.rest()).transpose() * forces, shift);
         const double missing = (most - least) / most;
-        constexpr double rounding = 1e-6;
-        if (!(least > 0) || !(missing > -rounding) || !(missing < 1)) return {};
+        if (!(least > 0) || !(std::abs(missing) < 1)) return {};
         if (most * shift > floating * bending.inertia()) return {};  // the shift alone holds some of it
-        return std::max(0.0, quadratic ? 4 * missing / 3 : missing);
+        return std::abs(quadratic ? 4 * missing / 3 : missing);
     } catch (const std::runtime_error&) {  // too large for the factor
         return {};
     } catch (const std::invalid_argument&) {  // tetrahedra that no simulation takes

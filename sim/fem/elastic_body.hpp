@@ -53,6 +53,8 @@ struct ElementPose {
     // K + damping D of each tetrahedron, see StepMotion, where S is empty: of linear or of quadratic ones.
     std::vector<TetBlocks> blocks;                     // [T]
     std::vector<QuadraticTetBlocks> quadratic_blocks;  // [T]
+    // Derivatives of the dilatation by F, where they count and are not R; otherwise empty.
+    std::vector<LaneMatrix3> dilation;  // [batches]
     // Of a step with damping: its deformation gradients F, see StepMotion; otherwise empty.
     std::vector<LaneMatrix3> F;      // [batches]
     double damping = 0;              // see StepMotion; 0 without
@@ -101,6 +103,11 @@ using ElementForces = std::vector<Eigen::Matrix3d>;
 /// are lumped, of full ones a quarter at each node; those of quadratic ones and of rigid bodies are
 /// consistent, and have the mass, centre and inertia of the material.
 ///
+/// In rubber, whose lambda is far above mu, quadratic elements would lock by keeping their volume at each
+/// point. There lambda is at most that of Poisson's ratio 0.3, and what is beyond it resists the mean of the
+/// dilatation over the element: its energy gets V/2 mean_lambda (mean of the dilatation)^2, a mean dilatation
+/// [NagtegaalParksRice74] that is stabilised by the rest [PusoSolberg06].
+///
 /// Immutable: several simulated copies and threads may share it, each with its own ElementPose. All loops run
 /// in parallel and sum in a fixed order, so the bits do not depend on the number of threads.
 class ElasticBody {
@@ -129,7 +136,10 @@ class ElasticBody {
     struct Identity {};
     const std::shared_ptr<const Identity>& identity() const noexcept { return identity_; }
     const Material& material() const noexcept { return material_; }  // outside of regions
+    /// At the points of integration.
     const Moduli& moduli(int tet) const noexcept { return moduli_[moduli_index(tet)]; }
+    /// Of quadratic tetrahedra: what of lambda resists their mean dilatation alone, Pa.
+    double mean_lambda(int tet) const noexcept { return mean_lambda_[moduli_index(tet)]; }
     double young(int tet) const noexcept { return young_[moduli_index(tet)]; }  // Pa
     const Eigen::VectorXd& rest_volumes() const noexcept { return volume_; }    // [T], m3
     const Eigen::VectorXd& node_masses() const noexcept { return node_mass_; }  // [N] sums of M's rows, kg
@@ -147,6 +157,8 @@ class ElasticBody {
     int first_point(int batch) const noexcept { return batch * lanes; }
     int points_of(int batch) const noexcept { return std::min(lanes, point_count() - batch * lanes); }
     LaneModuli lane_moduli(int batch) const;
+    /// The response to principal stretches with the pressure of the mean dilatation.
+    PrincipalResponse response(int batch, const PrincipalLanes& sigma) const;
     PrincipalLanes principal_stretches_of(NodesRef x, int batch) const;
     /// Deformation gradients and first Piola-Kirchhoff stresses P = dpsi/dF, Pa, for the positions x, [N, 3].
     void stress_of(NodesRef x, int batch, LaneMatrix3& F, LaneMatrix3& P) const;
@@ -226,7 +238,12 @@ class ElasticBody {
     void add_damping(int batch, const ElementPose& pose, LaneBlocks& blocks) const;
     void principal_batch(NodesRef x, int batch, const StepMotion* motion, ElementPose& pose,
                          ElementForces& forces, Tangent tangent) const;
+    Lanes mean_pressure(int batch, const Lanes& dilatation) const;
+    void add_mean_response(int batch, const LaneMatrix3& dilation, const LaneMatrix3& H,
+                           LaneMatrix3& P) const;
+    void add_mean_blocks(int batch, const LaneMatrix3& dilation, double factor, ElementPose& pose) const;
     LaneMatrix3 elastic_response(int batch, const ElementPose& pose, const LaneMatrix3& H) const;
+    LaneMatrix3 damping_response(int batch, const ElementPose& pose, const LaneMatrix3& H) const;
     StrainForm strain_form(int batch, const LaneMatrix3& F) const;
     void product(const ElementPose& pose, NodesRef u, double of_stiffness, double of_damping,
                  ElementForces& scratch, Eigen::Ref<Nodes> out) const;
@@ -249,6 +266,8 @@ class ElasticBody {
     std::vector<Moduli> moduli_;                // distinct
     std::vector<std::uint16_t> moduli_of_tet_;  // [T] index in moduli_; empty if there is one alone
     std::vector<double> young_;                 // of moduli_, Pa
+    std::vector<double> mean_lambda_;           // likewise
+    bool has_mean_ = false;                     // whether one of these is not 0
     BlockPattern pattern_;
     std::shared_ptr<const SweepOrder> order_;  // of the pattern
     Eigen::VectorXd volume_;                   // [T] that is filled

@@ -1,11 +1,13 @@
 // The passes of ElasticBody over the elements of a pose: `lanes` tetrahedra at a time.
 #include <Eigen/LU>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <span>
 #include <utility>
 
 #include "meshing/parallel/parallel_for.hpp"
+#include "meshing/surface/quadratic_tets.hpp"
 #include "sim/fem/elastic_body.hpp"
 #include "sim/fem/quadratic_points.hpp"
 
@@ -26,7 +28,7 @@ Lanes determinants(const LaneMatrix3& A) noexcept {
 }
 
 /// Energy densities of the corotated law.
-Lanes corotated_energy(const Moduli& moduli, const LaneMatrix3& F, const LaneMatrix3& R) noexcept {
+Lanes corotated_energy(const LaneModuli& moduli, const LaneMatrix3& F, const LaneMatrix3& R) noexcept {
     Lanes trace = Lanes::Constant(-3), strain = Lanes::Zero();
     for (std::size_t k = 0; k < 9; ++k) {
         trace += R.entries[k] * F.entries[k];
@@ -90,6 +92,35 @@ LaneModuli ElasticBody::lane_moduli(int batch) const {
     return result;
 }
 
+/// What resists the mean of the dilatation over each tetrahedron, Pa.
+Lanes ElasticBody::mean_pressure(int batch, const Lanes& dilatation) const {
+    Lanes pressure;
+    for (int first = 0; first < lanes; first += 4)
+        pressure.segment<4>(first).setConstant(mean_lambda(point_in(batch, first) / points_per_tet()) *
+                                               dilatation.segment<4>(first).mean());
+    return pressure;
+}
+
+/// Adds what the mean dilatation does by the velocity gradients H of a batch.
+void ElasticBody::add_mean_response(int batch, const LaneMatrix3& dilation, const LaneMatrix3& H,
+                                    LaneMatrix3& P) const {
+    Lanes rate = Lanes::Zero();
+    for (std::size_t k = 0; k < 9; ++k) rate += dilation.entries[k] * H.entries[k];
+    const Lanes push = volumes(batch) * mean_pressure(batch, rate);
+    for (std::size_t k = 0; k < 9; ++k) P.entries[k] += push * dilation.entries[k];
+}
+
+PrincipalResponse ElasticBody::response(int batch, const PrincipalLanes& sigma) const {
+    const LaneModuli moduli = lane_moduli(batch);
+    PrincipalResponse response = respond(moduli, sigma);
+    if (!has_mean_) return response;
+    const Lanes dilated = dilatation(moduli, sigma).value, pressure = mean_pressure(batch, dilated);
+    for (int first = 0; first < lanes; first += 4)
+        response.energy.segment<4>(first) += 0.5 * pressure[first] * dilated.segment<4>(first).mean();
+    add_pressure(moduli, sigma, pressure, response);
+    return response;
+}
+
 PrincipalLanes ElasticBody::principal_stretches_of(NodesRef x, int batch) const {
     LaneMatrix3 F, R;
     gradients(x, batch, F);
@@ -102,7 +133,7 @@ void ElasticBody::stress_of(NodesRef x, int batch, LaneMatrix3& F, LaneMatrix3& 
     gradients(x, batch, F);
     rotations_of(F, R);
     const PrincipalStretches stretches = principal_stretches(F, R);
-    P = turned_back(stretches, respond(lane_moduli(batch), stretches.sigma).stress);
+    P = turned_back(stretches, response(batch, stretches.sigma).stress);
 }
 
 ElementReport ElasticBody::measure(NodesRef x) const {
@@ -130,9 +161,9 @@ void ElasticBody::measure_batch(NodesRef x, int batch, ElementReport& report) co
     Lanes squared = Lanes::Zero();
     for (std::size_t k = 0; k < 9; ++k) squared += F.entries[k].square();
     const Lanes det = determinants(F),
-                density = is_corotated()
-                              ? corotated_energy(moduli_[0], F, R)
-                              : respond(lane_moduli(batch), principal_stretches(F, R).sigma).energy;
+                density = is_corotated() && !has_mean_
+                              ? corotated_energy(lane_moduli(batch), F, R)
+                              : response(batch, principal_stretches(F, R).sigma).energy;
     const Lanes volume = volumes(batch);
     constexpr double least_filled = 0.01;  // what is nearly empty may turn inside out
     int inverted = -1, non_finite = -1;    // the last such tetrahedron
@@ -156,7 +187,8 @@ void ElasticBody::measure_batch(NodesRef x, int batch, ElementReport& report) co
 }
 
 bool ElasticBody::is_corotated() const noexcept {
-    return moduli_.size() == 1 && moduli_[0].law == MaterialLaw::corotated;
+    return (moduli_.size() == 1 || rest_.is_quadratic()) &&
+           std::ranges::all_of(moduli_, [](const Moduli& m) { return m.law == MaterialLaw::corotated; });
 }
 
 void ElasticBody::pose(NodesRef x, ElementPose& pose, ElementForces& forces, Tangent tangent,
@@ -169,6 +201,7 @@ void ElasticBody::pose(NodesRef x, ElementPose& pose, ElementForces& forces, Tan
     pose.tangents.resize(corotated ? 0 : gradient_.size());
     pose.blocks.resize(corotated || quadratic ? 0 : tets);
     pose.quadratic_blocks.resize(quadratic ? tets : 0);
+    pose.dilation.resize(has_mean_ && !corotated ? gradient_.size() : 0);
     pose.F.resize(is_damped ? gradient_.size() : 0);
     pose.damping = is_damped ? motion->damping : 0;
     pose.rates.resize(corotated && !quadratic && is_damped ? tets : 0);
@@ -194,8 +227,17 @@ Lanes ElasticBody::volumes(int batch) const {
 
 /// K by the velocity gradients H of a batch.
 LaneMatrix3 ElasticBody::elastic_response(int batch, const ElementPose& pose, const LaneMatrix3& H) const {
-    if (pose.tangents.empty()) return strain_form(batch, pose.R[batch]).multiply(H);
-    return pose.tangents[batch].multiply(H);
+    LaneMatrix3 P = pose.tangents.empty() ? strain_form(batch, pose.R[batch]).multiply(H)
+                                          : pose.tangents[batch].multiply(H);
+    if (has_mean_) add_mean_response(batch, (pose.dilation.empty() ? pose.R : pose.dilation)[batch], H, P);
+    return P;
+}
+
+/// Likewise D.
+LaneMatrix3 ElasticBody::damping_response(int batch, const ElementPose& pose, const LaneMatrix3& H) const {
+    LaneMatrix3 P = strain_form(batch, pose.F[batch]).multiply(H);
+    if (has_mean_) add_mean_response(batch, pose.F[batch], H, P);
+    return P;
 }
 
 /// Makes P, of the forces, that of the impulses of a step, and sets the deformation gradients by which its
@@ -215,7 +257,7 @@ void ElasticBody::add_motion(int batch, const LaneMatrix3& F, const StepMotion& 
 
 void ElasticBody::corotated_batch(NodesRef x, int batch, const StepMotion* motion, ElementPose& pose,
                                   ElementForces& forces) const {
-    const auto& [law, mu, lambda] = moduli_[0];
+    const auto [law, mu, lambda] = lane_moduli(batch);
     const Lanes volume = volumes(batch);
     LaneMatrix3 F, P;
     gradients(x, batch, F);
@@ -223,8 +265,10 @@ void ElasticBody::corotated_batch(NodesRef x, int batch, const StepMotion* motio
     rotations_of(F, R);
     Lanes trace = Lanes::Constant(-3);
     for (std::size_t k = 0; k < 9; ++k) trace += R.entries[k] * F.entries[k];
+    Lanes pressure = lambda * trace;
+    if (has_mean_) pressure += mean_pressure(batch, trace);
     for (std::size_t k = 0; k < 9; ++k)
-        P.entries[k] = -volume * (2 * mu * (F.entries[k] - R.entries[k]) + lambda * trace * R.entries[k]);
+        P.entries[k] = -volume * (2 * mu * (F.entries[k] - R.entries[k]) + pressure * R.entries[k]);
     if (motion) add_motion(batch, F, *motion, pose, P);
     store_forces(batch, P, forces);
     if (rest_.is_quadratic()) {
@@ -246,7 +290,7 @@ void ElasticBody::principal_batch(NodesRef x, int batch, const StepMotion* motio
     LaneMatrix3& R = pose.R[batch];
     rotations_of(F, R);
     const PrincipalStretches stretches = principal_stretches(F, R);
-    PrincipalResponse response = respond(moduli, stretches.sigma);
+    PrincipalResponse response = this->response(batch, stretches.sigma);
     P = turned_back(stretches, response.stress);
     for (Lanes& entry : P.entries) entry *= -volume;
     if (tangent != Tangent::exact) response.project();
@@ -256,6 +300,7 @@ void ElasticBody::principal_batch(NodesRef x, int batch, const StepMotion* motio
                 for (Lanes& twist : response.twist) twist[l] = 0;
     ElementTangent& kept = pose.tangents[batch];
     kept = ElementTangent(stretches, response, volume);
+    if (has_mean_) pose.dilation[batch] = turned_back(stretches, dilatation(moduli, stretches.sigma).slope);
     if (motion) add_motion(batch, F, *motion, pose, P);
     store_forces(batch, P, forces);
     LaneBlocks blocks;
@@ -274,6 +319,36 @@ void ElasticBody::store_blocks(int batch, LaneBlocks& of_points, ElementPose& po
         const int tet = (first_point(batch) + first) / 4;
         pose.quadratic_blocks[tet] =
             stiffness_of_points(this->points(tet), std::span(points).subspan(first).first<4>());
+    }
+    if (!has_mean_) return;
+    add_mean_blocks(batch, (pose.dilation.empty() ? pose.R : pose.dilation)[batch], 1, pose);
+    if (pose.damping != 0) add_mean_blocks(batch, pose.F[batch], pose.damping, pose);
+}
+
+/// Adds what the mean dilatation of each tetrahedron does to its blocks, times a factor: V mean_lambda
+/// s_a s_b^T, where s_a is the mean over the points of `dilation` times the gradient of node a's function.
+void ElasticBody::add_mean_blocks(int batch, const LaneMatrix3& dilation, double factor,
+                                  ElementPose& pose) const {
+    LaneMatrix3 of_corners = dilation;
+    mix_lanes_transposed(points_in(batch), of_corners);
+    for (int first = 0; first < points_of(batch); first += 4) {
+        const int tet = (first_point(batch) + first) / 4;
+        Eigen::Matrix<double, 3, 10> s = Eigen::Matrix<double, 3, 10>::Zero();
+        const auto add = [&](int node, int corner, int at) {
+            s.col(node) += of_corners.lane(first + corner) * corner_gradients(4 * tet + corner).col(at) / 4;
+        };
+        for (int a = 0; a < 4; ++a) add(a, a, a);
+        for (int k = 0; k < 6; ++k) {
+            const auto [a, b] = edges_of_tet[k];
+            add(4 + k, a, b);
+            add(4 + k, b, a);
+        }
+        s *= std::sqrt(factor * mean_lambda(tet) * volume_[tet]);
+        const Eigen::Matrix<float, 3, 10> single = s.cast<float>();
+        for (int i = 0; i < 10; ++i)
+            for (int j = i + 1; j < 10; ++j)
+                pose.quadratic_blocks[tet][pair_of_nodes<10>(i, j)] +=
+                    single.col(i) * single.col(j).transpose();
     }
 }
 
@@ -355,7 +430,7 @@ void ElasticBody::product(const ElementPose& pose, NodesRef u, double of_stiffne
             else
                 P = elastic_response(batch, pose, H);
             if (of_damping != 0) {
-                const LaneMatrix3 damping = strain_form(batch, pose.F[batch]).multiply(H);
+                const LaneMatrix3 damping = damping_response(batch, pose, H);
                 for (std::size_t k = 0; k < 9; ++k)
                     P.entries[k] = of_stiffness * P.entries[k] + of_damping * damping.entries[k];
             }

@@ -11,7 +11,7 @@ Eigen::VectorXd von_mises_stress(const ElasticBody& body, NodesRef x) {
     parallel_for(body.batch_count(), [&](int batch) {
         const LaneModuli moduli = body.lane_moduli(batch);
         const PrincipalLanes sigma = body.principal_stretches_of(x, batch);
-        PrincipalLanes principal = respond(moduli, sigma).stress;
+        PrincipalLanes principal = body.response(batch, sigma).stress;
         for (std::size_t i = 0; i < 3; ++i) {
             const Lanes cauchy = principal[i] / (sigma[(i + 1) % 3] * sigma[(i + 2) % 3]);
             for (int l = 0; l < lanes; ++l)

@@ -5,6 +5,9 @@
 namespace nbd {
 namespace {
 
+/// The rotation is undefined where two stretches add up to zero; its derivative is bounded there.
+constexpr double least_sum = 0.01;
+
 // The three laws. Each agrees with linear elasticity of the same Lame parameters for small strains.
 
 /// psi = mu sum (sigma - 1)^2 + lambda/2 (sum (sigma - 1))^2 [MuellerGross04].
@@ -19,8 +22,6 @@ PrincipalResponse corotated(const Lanes& mu, const Lanes& lambda, const Principa
         r.A.diagonal[i] = 2 * mu + lambda;
         r.A.off[i] = lambda;
         r.flip[i] = 2 * mu;
-        // The rotation is undefined where two stretches add up to zero; its derivative is bounded there.
-        constexpr double least_sum = 0.01;
         r.twist[i] = (r.stress[j] + r.stress[k]) / (s[j] + s[k]).max(least_sum);
     }
     return r;
@@ -123,6 +124,46 @@ PrincipalResponse respond(const LaneModuli& moduli, const PrincipalLanes& sigma)
         if (law != first && mask.any()) take(mask, respond(law, moduli, sigma), result);
     }
     return result;
+}
+
+Dilatation dilatation(const LaneModuli& moduli, const PrincipalLanes& s) noexcept {
+    const Lanes one = Lanes::Ones();
+    Dilatation result{.value = s[0] + s[1] + s[2] - 3, .slope = {one, one, one}};
+    for (int l = 0; l < lanes; ++l) {
+        if (moduli.law[l] == MaterialLaw::corotated) continue;
+        const Eigen::Array3d of_lane(s[0][l], s[1][l], s[2][l]);
+        const bool is_by_volume = moduli.law[l] == MaterialLaw::stable_neo_hookean;
+        result.value[l] = is_by_volume ? of_lane.prod() - 1 : (of_lane.square().sum() - 3) / 2;
+        for (std::size_t i = 0; i < 3; ++i)
+            result.slope[i][l] = is_by_volume ? s[(i + 1) % 3][l] * s[(i + 2) % 3][l] : s[i][l];
+    }
+    return result;
+}
+
+void add_pressure(const LaneModuli& moduli, const PrincipalLanes& s, const Lanes& pressure,
+                  PrincipalResponse& r) noexcept {
+    const PrincipalLanes slope = dilatation(moduli, s).slope;
+    for (std::size_t i = 0; i < 3; ++i) {
+        r.stress[i] += pressure * slope[i];
+        for (int l = 0; l < lanes; ++l) {
+            const double p = pressure[l];
+            switch (moduli.law[l]) {
+                case MaterialLaw::corotated:
+                    r.twist[i][l] += 2 * p / std::max(s[(i + 1) % 3][l] + s[(i + 2) % 3][l], least_sum);
+                    break;
+                case MaterialLaw::stable_neo_hookean:
+                    r.A.off[i][l] += p * s[i][l];
+                    r.flip[i][l] -= p * s[i][l];
+                    r.twist[i][l] += p * s[i][l];
+                    break;
+                case MaterialLaw::st_venant_kirchhoff:
+                    r.A.diagonal[i][l] += p;
+                    r.flip[i][l] += p;
+                    r.twist[i][l] += p;
+                    break;
+            }
+        }
+    }
 }
 
 }  // namespace nbd

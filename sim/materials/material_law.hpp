@@ -42,4 +42,17 @@ struct PrincipalResponse {
 /// Of the corotated law, `twist` is the part that ElasticBody's usual tangent leaves out.
 PrincipalResponse respond(const LaneModuli& moduli, const PrincipalLanes& sigma) noexcept;
 
+/// What the laws call dilatation, of which lambda/2 times the square is a part of psi: sum (sigma - 1) of the
+/// corotated one, det F - 1 of the Neo-Hookean one, the trace of Green's strain of the third.
+struct Dilatation {
+    Lanes value;
+    PrincipalLanes slope;  // its derivatives by sigma
+};
+Dilatation dilatation(const LaneModuli& moduli, const PrincipalLanes& sigma) noexcept;
+
+/// Adds what a pressure [Pa] on dilatation does to the stress and its derivatives, but not how the pressure
+/// changes.
+void add_pressure(const LaneModuli& moduli, const PrincipalLanes& sigma, const Lanes& pressure,
+                  PrincipalResponse& response) noexcept;
+
 }  // namespace nbd
