@@ -115,6 +115,26 @@ TriMesh remeshed(const std::filesystem::path& path, const TriMesh& surface, doub
     return coarse.mesh;
 }
 
+/// The vertices of a surface, and points of its faces no farther apart than told.
+Nodes points_on(const TriMesh& surface, double spacing) {
+    std::vector<Eigen::RowVector3d> points;
+    for (Eigen::Index v = 0; v < surface.X.rows(); ++v) points.emplace_back(surface.X.row(v));
+    for (Eigen::Index f = 0; f < surface.F.rows(); ++f) {
+        const Eigen::RowVector3d a = surface.X.row(surface.F(f, 0)), b = surface.X.row(surface.F(f, 1)),
+                                 c = surface.X.row(surface.F(f, 2));
+        const double longest = std::max({(a - b).norm(), (b - c).norm(), (c - a).norm()});
+        const int parts = static_cast<int>(std::ceil(longest / spacing));
+        for (int i = 0; i <= parts; ++i)
+            for (int j = 0; i + j <= parts; ++j) {
+                if (i == parts || j == parts || i + j == 0) continue;  // its corners
+                points.emplace_back(a + (i * (b - a) + j * (c - a)) / parts);
+            }
+    }
+    Nodes result(std::ssize(points), 3);
+    for (std::size_t p = 0; p < points.size(); ++p) result.row(p) = points[p];
+    return result;
+}
+
 /// Lets the tetrahedra have the mass and stiffness of the solid that a surface bounds, where they reach
 /// beyond it.
 void take_fill(MeshedFile& meshed, const TriMesh& surface) {
@@ -140,14 +160,14 @@ MeshedFile body_within(const std::filesystem::path& path, const TriMesh& surface
     if (filled.optimization.poor_before > 0) out.text(describe(filled.optimization));
     out.work("making the body");
     try {
-        if (config.edge > 0) enclose(filled.tets, surface.X);
+        if (config.edge > 0) enclose(filled.tets, points_on(surface, config.edge / 2));
         filled.tets = as_elements(std::move(filled.tets), config.elements);
         order_by_place(filled.tets);
         MeshedFile result{make_body(path.stem().string(), surface, std::move(filled.tets), config.material,
                                     config.levels, config.scheme),
                           filled.optimization,
                           {}};
-        if (config.edge > 0) take_fill(result, surface);
+        if (config.edge > 0) take_fill(result, config.levels > 0 ? result.body.surface : surface);
         return result;
     } catch (const std::invalid_argument& error) {
         if (config.edge == 0) throw;

@@ -1,5 +1,6 @@
 #include "meshing/body/enclose.hpp"
 
+#include <cmath>
 #include <stdexcept>
 
 #include "meshing/body/embed.hpp"
@@ -10,6 +11,9 @@ void enclose(TetMesh& tets, NodesRef points) {
     constexpr int rounds = 20;
     constexpr double beyond = 1.1,  // times the way to the outermost point
         rounding = 1e-12;           // of weights
+    double volumes = 0;
+    for (Eigen::Index t = 0; t < tets.T.rows(); ++t) volumes += volume(tets, t);
+    const double margin = 1e-6 * std::cbrt(volumes / static_cast<double>(tets.T.rows()));  // metres
     for (int round = 0; round < rounds; ++round) {
         const Embedding W = embed(tets, points);
         Nodes ways = Nodes::Zero(tets.X.rows(), 3);
@@ -27,7 +31,8 @@ void enclose(TetMesh& tets, NodesRef points) {
             if (is_inside) continue;
             are_inside = false;
             // From the node that it lies behind: across the face by as far as it is outside.
-            const Eigen::RowVector3d way = beyond * (points.row(p) - nearest / inside);
+            const Eigen::RowVector3d outside = points.row(p) - nearest / inside,
+                                     way = beyond * outside + margin * outside.normalized();
             for (Embedding::InnerIterator entry(W, p); entry; ++entry)
                 if (entry.value() > 0 && way.squaredNorm() > ways.row(entry.col()).squaredNorm())
                     ways.row(entry.col()) = way;
@@ -38,6 +43,7 @@ void enclose(TetMesh& tets, NodesRef points) {
             if (!(volume(tets, t) > 0))
                 throw std::invalid_argument("tetrahedra that hold the whole surface would be inside out");
     }
+    throw std::invalid_argument("tetrahedra do not come to hold the whole surface");
 }
 
 }  // namespace nbd
