@@ -43,6 +43,7 @@ bool Targets::move_obstacle(WorldState& world, int obstacle, Keyframe place) {
     if (!moved.stands()) return false;
     // What is held may touch an obstacle that stands for ever; now it is known that this one does not. The
     // step sets when it is there.
+    standing_obstacles_.emplace(obstacle, moved.motion);
     moved.motion.go_to(place, world.time, world.time + 1);
     return true;
 }
@@ -59,6 +60,7 @@ bool Targets::move_grip(WorldState& world, int body, int grip, Keyframe place) {
     grips_[{body, grip}] = place;
     Motion& motion = moved.grips[grip].motion;
     if (!motion.stays()) return false;
+    standing_grips_.emplace(std::pair(body, grip), motion);
     motion.go_to(place, world.time, world.time + 1);  // as of an obstacle
     return true;
 }
@@ -110,13 +112,13 @@ void Targets::set_wind(WorldState& world, int body, int load, const Eigen::Vecto
     winds_[{body, load}] = velocity;
 }
 
-void Targets::forget(WorldState& world) {
-    const auto stay = [&](Motion& motion) {
-        motion.go_to(motion.keyframe_at(world.time), world.time, world.time + 1);
-    };
-    for (const auto& [obstacle, place] : obstacles_) stay(world.obstacles[obstacle].motion);
-    for (const auto& [grip, place] : grips_) stay(world.at(grip.first).grips[grip.second].motion);
+bool Targets::forget(WorldState& world) {
+    for (auto& [obstacle, motion] : standing_obstacles_) world.obstacles[obstacle].motion = std::move(motion);
+    for (auto& [grip, motion] : standing_grips_)
+        world.at(grip.first).grips[grip.second].motion = std::move(motion);
+    const bool stand = !standing_obstacles_.empty() || !standing_grips_.empty();
     clear();
+    return stand;
 }
 
 void Targets::go(WorldState& world, Barrier& barrier, double dt) const {

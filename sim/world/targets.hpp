@@ -27,12 +27,16 @@ class Targets {
     void go(WorldState& world, Barrier& barrier, double dt) const;
     /// At the end of the step that has done so.
     void clear() { *this = {}; }
-    /// Before any step has: obstacles and grips stay where they are.
-    void forget(WorldState& world);
+    /// Before any step has: obstacles and grips move as if nothing had been told. Returns whether some stand
+    /// again.
+    bool forget(WorldState& world);
 
  private:
     std::map<int, Keyframe> obstacles_{};
     std::map<std::pair<int, int>, Keyframe> grips_{};  // by body and number
+    // Motions of those that stood for ever until they were told to go.
+    std::map<int, Motion> standing_obstacles_{};
+    std::map<std::pair<int, int>, Motion> standing_grips_{};
     std::map<int, double> joints_{};
     std::map<std::pair<int, int>, double> factors_{};         // of loads, likewise
     std::map<std::pair<int, int>, Eigen::Vector3d> winds_{};  // likewise

@@ -172,6 +172,24 @@ TEST(Targets, OfObstaclesAndGripsAreForgottenWhereASnapshotIsRestored) {
     EXPECT_LT((world.snapshot().bodies[0].x - x).norm(), 1e-9);
 }
 
+/// A grip and a floor that move by themselves go on as if nothing had been told.
+TEST(Targets, LeaveMotionsAloneWhereTheyAreForgotten) {
+    const Model block = rigid_block();
+    World world(without_gravity());
+    WorldBody body = block.at({0, 0, 0.06});
+    body.grips = {{.nodes = {0, 1, 2, 3}, .motion = travel({0, 0, 0.1})}};
+    world.add_body(std::move(body));
+    world.add_obstacle({.shape = PlaneShape{}, .motion = travel({0, 0, 0.05})});
+    const Nodes begin = world.state(0).x;
+    for (int step = 0; step < 20; ++step) ASSERT_EQ(world.step(dt).failure, "");
+    world.move_obstacle(0, {.translation = {0, 0, -2}});
+    world.move_grip(0, 0, {.translation = {0, 0, 1}});
+    world.restore(world.snapshot());
+    for (int step = 0; step < 20; ++step) ASSERT_EQ(world.step(dt).failure, "");
+    EXPECT_NEAR(world.state(0).x(0, 2) - begin(0, 2), 0.1 * 40 * dt, 1e-9);
+    EXPECT_NEAR(world.obstacles()[0].motion.keyframe_at(world.time()).translation.z(), 0.05 * 40 * dt, 1e-9);
+}
+
 TEST(Targets, RefuseWhatIsNotThere) {
     const Model block = rigid_block();
     World world(without_gravity());
