@@ -40,6 +40,15 @@ struct BondLaw {
         Eigen::Matrix3d drag = Eigen::Matrix3d::Zero();      // N s/m
     };
     Terms at(const Eigen::Vector3d& d) const;
+
+    /// Lets forces be so many times as large.
+    BondLaw& operator*=(double times) {
+        K *= times;
+        stiffness *= times;
+        damping *= times;
+        tension *= times;
+        return *this;
+    }
 };
 
 /// Two points that hold each other in a step.

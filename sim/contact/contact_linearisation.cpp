@@ -139,7 +139,7 @@ void ContactSolver::linearise_bonds(const Eigen::VectorXd& v) {
         const std::size_t index = contacts_.size() + k;
         const BondLaw::Terms terms = bond_terms(k, v);
         const Eigen::Matrix3d elastic = dt_ * dt_ * terms.hessian;
-        operators_[index].A = elastic + dt_ * velocity_factor_ * terms.drag;
+        operators_[index].A = elastic + dt_ * velocity_factor(k) * terms.drag;
         push_[index] = elastic * terms_.velocity(index, v) - dt_ * terms.gradient;
     }
 }
@@ -162,7 +162,7 @@ double ContactSolver::bond_potential(const Eigen::VectorXd& v) const {
     for (std::size_t k = 0; k < bonds_.size(); ++k) {
         const BondLaw::Terms terms = bond_terms(k, v);
         const Eigen::Vector3d u = terms_.velocity(contacts_.size() + k, v);
-        sum += terms.energy + dt_ * velocity_factor_ / 2 * u.dot(terms.drag * u);
+        sum += terms.energy + dt_ * velocity_factor(k) / 2 * u.dot(terms.drag * u);
     }
     return sum;
 }

@@ -159,15 +159,4 @@ ContactSolver::RigidResponse ContactSolver::response(const Eigen::VectorXd& v,
     return response;
 }
 
-void ContactSolver::refuse(RigidResponse& response, std::span<const char> takes) const {
-    for (std::size_t b = 0; b < takes.size(); ++b)
-        if (!takes[b]) response.motions[b].setZero();
-    for (std::size_t c = 0; c < response.of_each.size(); ++c) {
-        const auto bodies = terms_.bodies(c);
-        if (std::ranges::all_of(bodies, [&](int body) { return body < 0 || takes[body]; })) continue;
-        terms_.add_impulse(c, -response.of_each[c], true, response.impulses);
-        response.of_each[c].setZero();
-    }
-}
-
 }  // namespace nbd

@@ -22,16 +22,16 @@ constexpr double passed_by = 0.1;    // slope of the potential at the end of a p
 
 void ContactSolver::begin(std::span<const Contact> contacts, std::span<const Bond> bonds,
                           std::span<const ContactShape* const> shapes, std::span<const int> first_unknown,
-                          double tolerance, const TimeStep& step, const Eigen::VectorXd& v, bool each_contact,
-                          bool tangents) {
+                          double tolerance, std::span<const TimeStep> steps, const Eigen::VectorXd& v,
+                          bool each_contact, bool tangents) {
     shapes_ = shapes;
     first_unknown_ = first_unknown;
     settled_share_ = tolerance;
     tolerance_ = linear_tolerance_;
     each_contact_ = each_contact;
     tangents_ = tangents;
-    dt_ = step.dt;
-    velocity_factor_ = step.velocity_factor;
+    steps_ = steps;
+    dt_ = steps.empty() ? 0 : steps.front().dt;
     start_ = v;
     step_impulses_.clear();
     set_contacts(contacts, bonds, v);
@@ -74,6 +74,14 @@ void ContactSolver::number_pairs() {
 /// Relative velocity of the contact's points, minus the wall's velocity.
 Eigen::Vector3d ContactSolver::relative_velocity(std::size_t contact, const Eigen::VectorXd& v) const {
     return terms_.velocity(contact, v) - contacts_[contact].wall_velocity;
+}
+
+std::vector<char> ContactSolver::pressed_bodies() const {
+    std::vector<char> pressed(shapes_.size(), 0);
+    for (std::size_t c = 0; c < contacts_.size(); ++c)
+        for (const int body : terms_.bodies(c))
+            if (presses(c) && body >= 0) pressed[body] = 1;
+    return pressed;
 }
 
 std::vector<RubbedContact> ContactSolver::rubbed(const Eigen::VectorXd& v) const {

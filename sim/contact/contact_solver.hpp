@@ -69,14 +69,15 @@ class ContactSolver {
 
     /// Sets the contacts and bonds of a step; the velocities before it, v (stacked, prescribed ones in
     /// place), give the first guess of how they press and slip. shapes: one per body. first_unknown: start of
-    /// each body's velocities in the stacked vector, then its length. tolerance: see ContactConfig.
+    /// each body's velocities in the stacked vector, then its length. tolerance: see ContactConfig. steps: of
+    /// each body, of one length; bodies that bonds join have the same.
     /// each_contact: whether friction must be right at each contact rather than between each two bodies, as
     /// Newton's iteration needs it, whose residual has all of them. tangents: whether a contact that slides
     /// has the tangent of its friction, with the normal impulse at v, instead of a drag: solves are then
     /// steps of Newton's method in the slip. All arguments but these two must outlive solve().
     void begin(std::span<const Contact> contacts, std::span<const Bond> bonds,
                std::span<const ContactShape* const> shapes, std::span<const int> first_unknown,
-               double tolerance, const TimeStep& step, const Eigen::VectorXd& v, bool each_contact,
+               double tolerance, std::span<const TimeStep> steps, const Eigen::VectorXd& v, bool each_contact,
                bool tangents = false);
     /// Lets solves of the step, until the next begin(), leave this share of what their tolerances allow.
     void solve_to(double share) noexcept;
@@ -128,15 +129,14 @@ class ContactSolver {
     RigidResponse response(const Eigen::VectorXd& v, std::span<const RigidVector> impulses,
                            std::span<const std::optional<RigidMatrix>> inertia,
                            const BodyPositions& at) const;
-    /// Takes out of a response what bodies do not take: their motions, and impulses of all that touches or
-    /// joins them. takes: [bodies].
-    void refuse(RigidResponse& response, std::span<const char> takes) const;
-
     /// The impulses at v and those of a response, by bodies and obstacles that touch, in a fixed order;
     /// without those within a body. of_each: see RigidResponse; may be empty. at: positions at which they
     /// act.
     std::vector<PairImpulse> pair_impulses(const Eigen::VectorXd& v, std::span<const Eigen::Vector3d> of_each,
                                            const BodyPositions& at) const;
+
+    /// The bodies of contacts that press: [bodies].
+    std::vector<char> pressed_bodies() const;
 
     /// The contacts that press, at velocities v at the end of the step. They refer to those of begin().
     std::vector<RubbedContact> rubbed(const Eigen::VectorXd& v) const;
@@ -189,8 +189,10 @@ class ContactSolver {
     double next_drag(std::size_t contact, double most, double slip) const;
     Eigen::VectorXd impulses(const Eigen::VectorXd& v, bool held, bool of_step_alone = false) const;
     bool acts_at_end(std::size_t index) const {
-        return index >= contacts_.size() && (!acts_in_step_alone(index) || velocity_factor_ == 1);
+        return index >= contacts_.size() &&
+               (!acts_in_step_alone(index) || velocity_factor(index - contacts_.size()) == 1);
     }
+    double velocity_factor(std::size_t bond) const { return steps_[bonds_[bond].a.body].velocity_factor; }
     bool acts_in_step_alone(std::size_t index) const {
         return index < contacts_.size() || !bonds_[index - contacts_.size()].is_spring;
     }
@@ -205,7 +207,8 @@ class ContactSolver {
     std::span<const Bond> bonds_;  // their numbers below follow those of the contacts
     std::span<const ContactShape* const> shapes_;
     std::span<const int> first_unknown_;
-    double settled_share_ = 0, dt_ = 0, velocity_factor_ = 1;
+    std::span<const TimeStep> steps_;
+    double settled_share_ = 0, dt_ = 0;
     bool each_contact_ = false, tangents_ = false;
     std::vector<std::array<int, 2>> pairs_;  // bodies of contacts, the larger first; -1: the obstacles
     std::vector<std::size_t> pair_of_;       // [contacts + bonds]

@@ -69,22 +69,23 @@ void StepSystem::assemble(const StepStart& start, const TimeStep& step, const Lo
     const StepMotion motion{iterate, dt, step.strain_rate_at(), damping};
     body_.pose(x_, elements_, forces_, tangent, &motion);
     body_.sum_forces(forces_, impulse_);
-    mass_scale_ = c * c * inertia * (1 + dt * drag);
-    elastic_scale_ = dt * dt;
+    mass_scale_ = c * inertia * (1 + dt * drag);
+    elastic_scale_ = dt * dt / c;
     stiffness_scale_ = elastic_scale_ * (1 + damping);
     body_.combine(mass_scale_, elastic_scale_, elements_, A_);
 
-    if (loads.forces.rows() > 0) impulse_ += dt * loads.forces;
+    impulse_ /= c;
+    if (loads.forces.rows() > 0) impulse_ += dt / c * loads.forces;
     Eigen::Map<Nodes> b(b_.data(), body_.node_count(), 3);
-    b = c * inertia * body_.mass_product(start.v) + body_.node_masses() * (dt * loads.gravity.transpose()) +
+    b = inertia * body_.mass_product(start.v) + body_.node_masses() * (dt / c * loads.gravity.transpose()) +
         impulse_;
-    if (start.impulses.rows() > 0) b += c * start.impulses;
+    if (start.impulses.rows() > 0) b += start.impulses;
     double squared = 0, held_squared = 0;
     for (int i = 0; i < body_.node_count(); ++i) {
         const double mass = body_.node_masses()[i];
-        Eigen::RowVector3d load = dt * mass * loads.gravity.transpose();
+        Eigen::RowVector3d load = dt / c * mass * loads.gravity.transpose();
         const Eigen::RowVector3d all = impulse_.row(i) + load;
-        if (loads.forces.rows() > 0) load += dt * loads.forces.row(i);
+        if (loads.forces.rows() > 0) load += dt / c * loads.forces.row(i);
         squared += (load.squaredNorm() + all.squaredNorm()) / mass;
         held_squared += (load.squaredNorm() + std::pow(softness(i), 2) * all.squaredNorm()) / mass;
     }
@@ -214,32 +215,34 @@ double StepPotential::value(const Nodes& v) {
     const Eigen::VectorXd& masses = body_.node_masses();
     const Nodes change = c * v - start_.v;
     Nodes product = body_.mass_product(change);
-    double sum = 0.5 * inertia * product.cwiseProduct(change).sum();
+    double sum = 0.5 / c * inertia * product.cwiseProduct(change).sum();
     product = body_.mass_product(v);
-    sum += 0.5 * c * c * dt * inertia * drag * product.cwiseProduct(v).sum();
+    sum += 0.5 * c * dt * inertia * drag * product.cwiseProduct(v).sum();
     // Relative to the start, so that the speed of a body does not drown what changes.
     const Nodes relative = v - start_.v;
-    sum -= dt * (relative.transpose() * masses).dot(loads_.gravity);
-    if (loads_.forces.rows() > 0) sum -= dt * loads_.forces.cwiseProduct(relative).sum();
-    if (start_.impulses.rows() > 0) sum -= c * start_.impulses.cwiseProduct(relative).sum();
+    sum -= dt / c * (relative.transpose() * masses).dot(loads_.gravity);
+    if (loads_.forces.rows() > 0) sum -= dt / c * loads_.forces.cwiseProduct(relative).sum();
+    if (start_.impulses.rows() > 0) sum -= start_.impulses.cwiseProduct(relative).sum();
     body_.damping_product(damping_, v, forces_, product);
-    sum += 0.5 * c * dt * damping_time * product.cwiseProduct(v).sum();
+    sum += 0.5 * dt * damping_time * product.cwiseProduct(v).sum();
     const Nodes x = start_.x + dt * v;
-    return sum + (body_.is_rigid() ? body_.energy_by_linear_strain(damping_, x) : body_.measure(x).energy);
+    const double energy =
+        body_.is_rigid() ? body_.energy_by_linear_strain(damping_, x) : body_.measure(x).energy;
+    return sum + energy / c;
 }
 
 Nodes StepPotential::gradient(const Nodes& v) {
     const auto [inertia, drag, damping_time] = resistance(body_, start_);
     const auto [dt, c] = step_;
-    Nodes change = body_.mass_product(inertia * (c * c * (1 + dt * drag) * v - c * start_.v) -
-                                      (dt * loads_.gravity.transpose()).replicate(v.rows(), 1));
-    if (start_.impulses.rows() > 0) change -= c * start_.impulses;
+    Nodes change = body_.mass_product(inertia * (c * (1 + dt * drag) * v - start_.v) -
+                                      (dt / c * loads_.gravity.transpose()).replicate(v.rows(), 1));
+    if (start_.impulses.rows() > 0) change -= start_.impulses;
     Nodes damping(v.rows(), 3), force(v.rows(), 3);
     body_.damping_product(damping_, v, forces_, damping);
     body_.pose(start_.x + dt * v, end_, forces_);
     body_.sum_forces(forces_, force);
     if (loads_.forces.rows() > 0) force += loads_.forces;
-    return change + dt * (c * damping_time * damping - force);
+    return change + dt * (damping_time * damping - force / c);
 }
 
 void CoupledSystem::multiply(const Eigen::VectorXd& v, Eigen::VectorXd& out) const {

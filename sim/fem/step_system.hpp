@@ -34,12 +34,12 @@ void add_pull(const NodeSpring& spring, const Nodes& v, Nodes& out);
 
 /// The linear system A v = b of one step (see TimeStep) from (x*, v*), whose unknown is v:
 ///
-///   A = c^2 (1 + dt alpha) M + dt^2 K(x) + c dt beta D
-///   b = c M v* + dt (f(x) + M g + f_outer) + dt^2 K(x) w
+///   A = c (1 + dt alpha) M + dt^2 / c K(x) + dt beta D
+///   b = M v* + dt / c (f(x) + M g + f_outer) + dt^2 / c K(x) w
 ///
 /// linearised at the iterate w, where x = x* + dt w; alpha and beta are the Rayleigh coefficients. In a
 /// static solve a share of the mass resists, see StepStart, and alpha and beta are 0. Impulses that are added
-/// to b act on the body with a share of 1 / c. D damps strain rates as K resists strains, and leaves
+/// to b act on the body as they are. D damps strain rates as K resists strains, and leaves
 /// rotations alone, see StepMotion. For backward Euler the first w is v*, which accounts for the body's
 /// rotation over the step; linearised at x*, a spinning body would gain energy. Using the last solution as w
 /// gives Newton's method, with K as its only approximation (see ElasticBody).
@@ -132,8 +132,8 @@ class StepSystem {
 
 /// One step of a body (see TimeStep) as a minimisation over its unknown v, [N, 3]. The gradient of
 ///
-///   P(v) = 1/2 |c v - v*|^2_M + E(x* + dt v) - dt v.(M g + f_outer)
-///          + c dt/2 (c alpha |v|^2_M + beta |v|^2_D)
+///   P(v) = 1/c (1/2 |c v - v*|^2_M + E(x* + dt v) - dt v.(M g + f_outer))
+///          + dt/2 (c alpha |v|^2_M + beta |v|^2_D)
 ///
 /// is the impulse balance that the step solves. Joules, up to a constant. Contact forces are not included. E
 /// of a rigid body is that of its linear strain: a line search along straight ways would otherwise hardly let

@@ -41,10 +41,11 @@ struct TwoStepWeights {
 constexpr double most_growth = 2;  // of a step over the one before, for which the latter counts
 
 /// One step in time from a start (x*, v*), with w as its unknown: the body ends at x1 = x* + dt w with the
-/// velocities v1 = c w, where M (v1 - v*) = dt / c f(x1). In a step of second order c = 1 /
+/// velocities v1 = c w, where M (v1 - v*) = dt / c f(x1) + p. In a step of second order c = 1 /
 /// TwoStepWeights::end, and the start holds what earlier rates add: those of inner forces, and of loads,
-/// which are constant over the step. Contacts act with their whole impulse in this step, and damping by mass
-/// at its end alone. With c = 1, from the state before the step, it is backward Euler.
+/// which are constant over the step. Contacts act with their whole impulse p in this step, and damping by
+/// mass at its end alone. With c = 1, from the state before the step, it is backward Euler. Bodies that touch
+/// may have different c.
 struct TimeStep {
     double dt = 0;               // seconds, > 0
     double velocity_factor = 1;  // c

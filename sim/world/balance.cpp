@@ -77,8 +77,7 @@ std::vector<PartSolve::Imbalance> PartSolve::imbalances(const Eigen::VectorXd& v
         here.static_mass = 0;
         const StepSystem& system = equations_.systems[b];
         const Nodes off =
-            push -
-            StepPotential(*body.elastic, here, world_.step, outer, system.elements()).gradient(w) / dt_;
+            push - StepPotential(*body.elastic, here, dt_, outer, system.elements()).gradient(w) / dt_;
         std::vector<char> is_given(x.rows(), 0);
         for (const int node : given[b].nodes) is_given[node] = 1;
         const Eigen::RowVector3d centre = centre_of_mass(*body.elastic, x);
@@ -179,7 +178,8 @@ double PartSolve::room_of(int body) const {
 /// The first linearisations take grips and obstacles along their ways. v: out, the way of the increment over
 /// its length.
 Rejection PartSolve::balance(Eigen::VectorXd& v, WorldReport& report) {
-    std::vector<const ContactShape*> shapes;
+    std::vector<const ContactShape*>& shapes = equations_.shapes;
+    shapes.clear();
     std::vector<PrescribedNodes> given;
     std::vector<double> begun;  // what a body has to let go of where its load goes back to nothing
     for (const SteppedBody& body : world_.bodies) {
@@ -187,6 +187,7 @@ Rejection PartSolve::balance(Eigen::VectorXd& v, WorldReport& report) {
         given.push_back(world_.prescribed(body, dt_));
         begun.push_back(inner_sum(*body.elastic, body.state, given.back()));
     }
+    equations_.steps = world_.steps();
     barrier_.begin_step(world_.time, dt_);
     Eigen::VectorXd to = stacked(&first_iterate, given);
     v = Eigen::VectorXd::Zero(to.size());
@@ -205,7 +206,7 @@ Rejection PartSolve::balance(Eigen::VectorXd& v, WorldReport& report) {
         find_bonds(v);
         // Far from balance, friction of a size that does not change with the slip would push bodies away.
         equations_.solver.begin(equations_.contacts, equations_.bonds, shapes, world_.first_unknown,
-                                world_.config.contact.tolerance, world_.step, v, true,
+                                world_.config.contact.tolerance, equations_.steps, v, true,
                                 k > 0 && report.imbalance < least_tangents);
         equations_.solver.solve_to(caution.precision);
         std::vector<Imbalance> now =

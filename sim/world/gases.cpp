@@ -58,8 +58,7 @@ double share_of_cavities(const WorldState& world, const Eigen::VectorXd& v, cons
         for (const ClosedGas& gas : world.at(b).gases) {
             const Cavity& cavity = world.at(b).cavities[gas.cavity];
             const auto volume = [&](double s) {
-                return cavity.volume(world.at(b).start.x +
-                                     world.step.dt * world.part_of(b, v + s * (to - v)));
+                return cavity.volume(world.at(b).start.x + world.dt * world.part_of(b, v + s * (to - v)));
             };
             const double before = volume(0);
             while (share > least && volume(share) < before / 2) share /= 2;
@@ -90,7 +89,7 @@ std::vector<CavityState> cavity_states(const WorldState& world) {
 
 void GasSolve::linearise(const WorldState& world, int index, const Nodes& w) {
     const SteppedBody& body = world.at(index);
-    const Nodes x = body.start.x + world.step.dt * w;
+    const Nodes x = body.start.x + world.dt * w;
     const double end = world.end();
     for (const ClosedGas& gas : body.gases) {
         const Cavity& cavity = body.cavities[gas.cavity];
@@ -111,7 +110,7 @@ Eigen::VectorXd GasSolve::pressures(const WorldState& world, const Eigen::Vector
     for (std::size_t g = 0; g < gases_.size(); ++g) {
         const StepGas& one = gases_[g];
         const double flow = one.slope.cwiseProduct(world.part_of(one.body, v)).sum();
-        pressures[g] = one.pressure - one.stiffness * world.step.dt * (flow - one.flow);
+        pressures[g] = one.pressure - one.stiffness * world.dt * (flow - one.flow);
     }
     return pressures;
 }
@@ -122,7 +121,7 @@ void GasSolve::press(WorldState& world, const Eigen::VectorXd& pressures, std::v
         StepGas& one = gases_[g];
         const Nodes more = (pressures[g] - one.solved) * one.slope;
         one.solved = pressures[g];
-        systems[one.body].add_impulses(world.step.dt * more);
+        systems[one.body].add_impulses(world.dt / world.at(one.body).velocity_factor * more);
         world.at(one.body).gas_end += more;
     }
 }
@@ -139,13 +138,13 @@ Eigen::MatrixXd GasSolve::first_response(const WorldState& world,
         for (Eigen::Index i = 0; i < one.slope.rows(); ++i)
             if (!system.is_prescribed(static_cast<int>(i)))
                 softness += one.slope.row(i).squaredNorm() / (system.matrix().diagonal()[i].trace() / 3);
-        response(g, g) += one.stiffness * world.step.dt * world.step.dt * softness;
+        response(g, g) += one.stiffness * world.dt * world.dt / world.at(one.body).velocity_factor * softness;
     }
     return response;
 }
 
 ContactSolveReport GasSolve::solve(WorldState& world, StepEquations& equations, Eigen::VectorXd& v) {
-    auto& [systems, contacts, bonds, solver] = equations;
+    auto& [systems, steps, shapes, contacts, bonds, solver] = equations;
     if (gases_.empty()) return solver.solve(systems, v);
     constexpr double of_changes = 1e-3, of_absolute = 1e-7, poor = 100;
     const double of_pressures = 0.1 * std::min(1e-4, world.config.step.newton_tolerance);
@@ -178,7 +177,7 @@ double GasSolve::error(const WorldState& world, const Eigen::VectorXd& v) const 
     for (const StepGas& one : gases_) {
         const SteppedBody& body = world.at(one.body);
         const double volume =
-            body.cavities[one.gas->cavity].volume(body.start.x + world.step.dt * world.part_of(one.body, v));
+            body.cavities[one.gas->cavity].volume(body.start.x + world.dt * world.part_of(one.body, v));
         const double pressure = one.gas->pressure(volume, world.end());
         const double off = std::abs(pressure - one.solved) /
                            std::max(pressure + one.gas->gas.ambient, one.gas->gas.pressure);

@@ -12,6 +12,7 @@
 
 #include "meshing/body/embed.hpp"
 #include "meshing/body/rigid_body.hpp"
+#include "sim/fem/momentum.hpp"
 
 namespace nbd {
 namespace {
@@ -34,12 +35,14 @@ std::vector<CarriedPoint> carried_at(int body, const ElasticBody& elastic, const
     std::vector<CarriedPoint> points;
     if (is_rigid(now)) {
         Eigen::Matrix4d corners;
+        const Eigen::RowVector3d middle = x.colwise().mean();
+        const double size = 2 * (x.rowwise() - middle).rowwise().norm().maxCoeff();
         for (int a = 0; a < 4; ++a) corners.col(a) << x.row(a).transpose(), 1;
         for (Eigen::Index p = 0; p < places.rows(); ++p) {
             const Eigen::Vector4d z =
                 corners.partialPivLu().solve(Eigen::Vector4d(places(p, 0), places(p, 1), places(p, 2), 1));
             constexpr double farthest = 1000;
-            if (!(z.cwiseAbs().maxCoeff() <= farthest))
+            if (!((places.row(p) - middle).norm() <= farthest * size) || !z.allFinite())
                 throw std::invalid_argument(fmt::format(
                     "a place at ({:.6g}, {:.6g}, {:.6g}) is farther from its rigid body than {} times "
                     "its size",
@@ -212,11 +215,32 @@ NodeHold node_hold(const ElasticBody& body) {
     return hold;
 }
 
+namespace {
+
+/// A tenth of the smaller body, or half the way from a hinge to rigid bodies, which it may hold anywhere: a
+/// spring that turns a body far away would bend what holds it on a short width. size: of the smaller body,
+/// metres.
+double usual_width(const Joint& joint, std::span<const ElasticBody* const> bodies, std::span<const Nodes> x,
+                   double size) {
+    const double tenth = size / 10;
+    const auto* hinge = std::get_if<HingeJoint>(&joint.kind);
+    if (!hinge) return tenth;
+    double arm = 0;
+    for (const int body : {joint.a, joint.b}) {
+        if (body < 0) continue;
+        if (!bodies[body]->is_rigid()) return tenth;
+        arm = std::max(arm, (centre_of_mass(*bodies[body], x[body]) - hinge->point).norm());
+    }
+    return std::max(tenth, arm / 2);
+}
+
+}  // namespace
+
 JointBonds::JointBonds(Joint joint, int number, std::span<const ElasticBody* const> bodies,
                        std::span<const Nodes> x, std::span<const std::shared_ptr<const NodeHold>> holds,
                        double size)
     : joint_(std::move(joint)), number_(number), size_(size) {
-    width_ = joint_.width > 0 ? joint_.width : size / 10;
+    width_ = joint_.width > 0 ? joint_.width : usual_width(joint_, bodies, x, size);
     holds_[0] = holds[joint_.a];
     if (joint_.b >= 0) holds_[1] = holds[joint_.b];
     const auto on = [&](int body, const Nodes& places) {

@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <variant>
 
 #include "collision/base/notice.hpp"
@@ -39,10 +40,12 @@ Eigen::Vector3d way(const ContactTerms& terms, std::size_t bond, const WorldStat
 /// alone it would take energy from what swings on it. start: Bond::difference there.
 void pull_along_mean(Bond& bond, const Eigen::Vector3d& start) {
     const double length = bond.difference.norm();
-    const Eigen::Vector3d twice = start + bond.difference;  // the mean has its direction
-    if (!(twice.norm() > length)) return;                   // turned by more than 120 degrees
-    bond.law.length += twice.norm() - length;
-    bond.difference = twice;
+    const Eigen::Vector3d twice = start.normalized() + bond.difference.normalized();
+    if (!(twice.norm() > 1)) return;  // turned by more than 120 degrees
+    // Twice as long as it may be, so that its stretch turns no faster with the direction than before.
+    const Eigen::Vector3d along = 2 * length * twice.normalized();
+    bond.law.length += along.norm() - length;
+    bond.difference = along;
 }
 
 }  // namespace
@@ -50,7 +53,7 @@ void pull_along_mean(Bond& bond, const Eigen::Vector3d& start) {
 std::vector<Bond> bonds_at(const WorldState& world, const Eigen::VectorXd& v) {
     std::vector<Bond> found;
     if (world.joints.empty()) return found;
-    const double dt = world.step.dt;
+    const double dt = world.dt;
     const std::vector<Nodes> x = world.nodes_after(dt, v);
     for (std::size_t j = 0; j < world.joints.size(); ++j)
         if (!world.broken[j]) world.joints[j].add(x, world.time + dt, dt, found);
@@ -59,13 +62,11 @@ std::vector<Bond> bonds_at(const WorldState& world, const Eigen::VectorXd& v) {
         terms.add(found[k], world.first_unknown);
         Bond& bond = found[k];
         const bool is_cord = world.tendon_of(bond.joint) >= 0 || (bond.law.is_radial() && !bond.is_spring);
-        if (is_cord && world.step.velocity_factor > 1)
-            pull_along_mean(bond, bond.difference - way(terms, k, world, x));
+        const double c = world.at(bond.a.body).velocity_factor;
+        if (is_cord && c > 1) pull_along_mean(bond, bond.difference - way(terms, k, world, x));
         bond.difference -= dt * terms.velocity(k, v);
         if (world.config.statics) bond.law.damping = 0;
-        if (bond.is_spring) continue;
-        bond.law.stiffness *= world.step.velocity_factor;  // so that its whole impulse acts
-        bond.law.damping *= world.step.velocity_factor;
+        if (bond.is_spring && c > 1) bond.law *= 1 / c;  // the rest acts by what it did before
     }
     return found;
 }
@@ -80,7 +81,7 @@ std::string joint_fault(const WorldState& world, std::span<const Bond> bonds, co
         if (bond.is_spring || stretches(world, bond) || world.broken[bond.joint] || !(stiffness > 0))
             continue;
         const double gives =
-            bond.law.at(bond.difference + world.step.dt * terms.velocity(k, v)).gradient.norm() / stiffness;
+            bond.law.at(bond.difference + world.dt * terms.velocity(k, v)).gradient.norm() / stiffness;
         const JointBonds& joint = world.joints[bond.joint];
         if (gives > joint.most_give())
             return fmt::format(
@@ -91,17 +92,21 @@ std::string joint_fault(const WorldState& world, std::span<const Bond> bonds, co
     return {};
 }
 
-bool joints_catch(const WorldState& world, const StepEquations& equations, const Eigen::VectorXd& v) {
+std::vector<char> caught_bodies(const WorldState& world, const StepEquations& equations,
+                                const Eigen::VectorXd& v) {
     struct Cord {
         double now = 0, mean = 0;  // rates of its length: at the start of the part, and in it, m/s
         double ends = 0;           // of the vector between its ends
         bool pulls = false;
+        std::vector<int> bodies{};
     };
+    std::vector<char> caught(world.bodies.size(), 0);
     const auto may_catch = [&](const Bond& bond) {
-        return (bond.law.pulls_only || world.tendon_of(bond.joint) >= 0) && !stretches(world, bond);
+        return (bond.law.pulls_only || world.tendon_of(bond.joint) >= 0) && !stretches(world, bond) &&
+               world.at(bond.a.body).velocity_factor > 1;
     };
-    if (std::ranges::none_of(equations.bonds, may_catch)) return false;
-    const double dt = world.step.dt;
+    if (std::ranges::none_of(equations.bonds, may_catch)) return caught;
+    const double dt = world.dt;
     const std::vector<Nodes> x = world.nodes_now(), after = world.nodes_after(dt, v);
     std::vector<Cord> cords(world.tendons.size());  // of tendons, then of ropes and limits
     ContactTerms terms;
@@ -122,14 +127,20 @@ bool joints_catch(const WorldState& world, const StepEquations& equations, const
         one.mean += (is_cord ? (span + way).norm() - span.norm() : way.dot(span)) / dt;
         one.ends += rate.norm();
         one.pulls = one.pulls || !equations.solver.bond_impulse(k, v).isZero(0);
+        for (const CarriedPoint* point : {&bond.a, &bond.b})
+            if (point->body >= 0) one.bodies.push_back(point->body);
     }
     constexpr double share = 0.1, of_fall = 1e-3, of_size = 1e-9;
-    const double least = std::max(of_fall * world.gravity_at(world.time).norm() * dt,
-                                  of_size * world.smallest_diagonal() / dt);
-    return std::ranges::any_of(cords, [&](const Cord& one) {
+    const double fall = of_fall * world.gravity_at(world.time).norm() * dt;
+    for (const Cord& one : cords) {
+        double size = std::numeric_limits<double>::infinity();
+        for (const int body : one.bodies) size = std::min(size, world.at(body).shape->rest_diagonal);
         const double off = std::abs(one.mean - one.now);
-        return one.pulls && off > least && off > share * std::max(std::abs(one.mean), one.ends);
-    });
+        if (one.pulls && off > std::max(fall, of_size * size / dt) &&
+            off > share * std::max(std::abs(one.mean), one.ends))
+            for (const int body : one.bodies) caught[body] = 1;
+    }
+    return caught;
 }
 
 std::vector<Nodes> JointForces::measure(const WorldState& world, double dt) {
@@ -159,17 +170,29 @@ std::vector<Nodes> JointForces::measure(const WorldState& world, double dt) {
         add(now_[bond.joint].on_a, loads[bond.a.body]);
         if (bond.b.body >= 0) add(now_[bond.joint].on_b, loads[bond.b.body]);
     }
+    for (std::size_t j = 0; j < world.joints.size(); ++j) {
+        const Joint& joint = world.joints[j].joint();
+        if (!world.at(joint.a).before || (joint.b >= 0 && !world.at(joint.b).before)) before_[j] = now_[j];
+    }
     return forces;
+}
+
+void JointForces::forget(const WorldState& world, std::span<const char> bodies) {
+    measure(world, world.dt);
+    for (std::size_t j = 0; j < world.joints.size(); ++j) {
+        const Joint& joint = world.joints[j].joint();
+        if (bodies[joint.a] || (joint.b >= 0 && bodies[joint.b])) before_[j] = now_[j];
+    }
 }
 
 JointLoad JointForces::earlier(const WorldState& world, std::size_t joint) const {
     JointLoad sum;
-    if (world.step.velocity_factor == 1) return sum;
-    const TwoStepWeights weights(world.knows_last ? world.step.dt / world.dt_before : 1);
+    if (world.at(world.joints[joint].joint().a).velocity_factor == 1) return sum;
+    const TwoStepWeights weights(world.knows_last ? world.dt / world.dt_before : 1);
     const JointLoad &now = now_[joint], &before = world.knows_last ? before_[joint] : now;
     for (Momentum JointLoad::*side : {&JointLoad::on_a, &JointLoad::on_b}) {
-        add(sum.*side, now.*side, world.step.dt * weights.now);
-        add(sum.*side, before.*side, world.step.dt * weights.before);
+        add(sum.*side, now.*side, world.dt * weights.now);
+        add(sum.*side, before.*side, world.dt * weights.before);
     }
     return sum;
 }
@@ -189,11 +212,11 @@ void JointForces::add_reactions(const WorldState& world, const StepEquations& eq
                                 const Eigen::VectorXd& v, std::span<const Eigen::Vector3d> more,
                                 const BodyPositions& middles, const BodyPositions& ends,
                                 ReactionSums& reactions) const {
-    const auto& [systems, contacts, bonds, solver] = equations;
+    const auto& [systems, steps, shapes, contacts, bonds, solver] = equations;
     std::vector<JointLoad> sums(world.joints.size());  // impulses, about the origin
     std::vector<MeanPlace> places(world.joints.size());
     for (std::size_t k = 0; k < bonds.size(); ++k) {
-        const Eigen::Vector3d impulse = solver.bond_impulse(k, v, more) / world.step.velocity_factor,
+        const Eigen::Vector3d impulse = solver.bond_impulse(k, v, more),
                               place = solver.bond_place(k, middles, ends);
         JointLoad& sum = sums[bonds[k].joint];
         const Momentum on_a{impulse, place.cross(impulse)};
@@ -217,18 +240,18 @@ void JointForces::add_reactions(const WorldState& world, const StepEquations& eq
 }
 
 void JointForces::break_joints(WorldState& world, const StepEquations& equations, const Eigen::VectorXd& v) {
-    const auto& [systems, contacts, bonds, solver] = equations;
-    const double dt = world.step.dt;
+    const auto& [systems, steps, shapes, contacts, bonds, solver] = equations;
+    const double dt = world.dt;
     std::vector<Eigen::Vector3d> forces(world.joints.size(), Eigen::Vector3d::Zero());
     for (std::size_t k = 0; k < bonds.size(); ++k)
-        forces[bonds[k].joint] +=
-            solver.bond_impulse(k, v) / (bonds[k].is_spring ? dt : world.step.velocity_factor * dt);
+        forces[bonds[k].joint] += (bonds[k].is_spring ? world.at(bonds[k].a.body).velocity_factor : 1) / dt *
+                                  solver.bond_impulse(k, v);
     for (std::size_t j = 0; j < world.joints.size(); ++j)
         if (!world.broken[j] && forces[j].norm() > world.joints[j].joint().strength) {
             world.broken[j] = 1;
             notice(fmt::format("joint \"{}\" breaks at {:.6g} s, under {:.3g} N",
                                world.joints[j].joint().name, world.end(), forces[j].norm()));
-            world.forget_rates(world.joints[j].joint());
+            world.forget_steps(world.joints[j].joint());
             before_[j] = {};
         }
 }

@@ -19,9 +19,11 @@ std::vector<Bond> bonds_at(const WorldState& world, const Eigen::VectorXd& v);
 /// Which joint is not what it should be at the end of a part; empty: none. v: its solution.
 std::string joint_fault(const WorldState& world, std::span<const Bond> bonds, const Eigen::VectorXd& v);
 
-/// Whether ropes and tendons that do not stretch, or limits, catch in a part what moves otherwise than they
-/// let it. v: the solution of the part.
-bool joints_catch(const WorldState& world, const StepEquations& equations, const Eigen::VectorXd& v);
+/// Which bodies that take a step of second order are caught in a part by ropes and tendons that do not
+/// stretch, or by limits, since they move otherwise than these let them: [bodies]. v: the solution of the
+/// part.
+std::vector<char> caught_bodies(const WorldState& world, const StepEquations& equations,
+                                const Eigen::VectorXd& v);
 
 /// What the springs of joints did on their bodies, now and a step before.
 class JointForces {
@@ -32,10 +34,13 @@ class JointForces {
     void set_before(std::vector<JointLoad> before) { before_ = std::move(before); }
 
     /// Forces of springs on the nodes of each body where these are now, newtons, which it knows from then on.
-    /// dt: length of the step that begins.
+    /// Where the last step of a body is not known, those before it are taken to be as now. dt: length of the
+    /// step that begins.
     std::vector<Nodes> measure(const WorldState& world, double dt);
     /// At the end of a part: what was now is before.
     void go_on() { before_ = now_; }
+    /// Takes those on some bodies a step before to be as now, after it. bodies: [bodies].
+    void forget(const WorldState& world, std::span<const char> bodies);
 
     /// What the springs of a joint have added to the step by their forces before its end, impulses.
     JointLoad earlier(const WorldState& world, std::size_t joint) const;

@@ -8,6 +8,7 @@
 
 #include "meshing/parallel/parallel_for.hpp"
 #include "sim/fem/momentum.hpp"
+#include "sim/world/energy_budget.hpp"
 #include "sim/world/step_loads.hpp"
 #include "sim/world/time_rule.hpp"
 #include "sim/world/world.hpp"
@@ -29,56 +30,19 @@ std::string pose_failure(int body, const ElementReport& elements, int count, con
     return {};
 }
 
-/// Whether a motion that a jointed body is to get has no more energy than it and a fall in the step explain:
-/// where a motor or light links hold it, the impulses of joints are large, and what they leave is noise.
-bool is_fit(const WorldState& world, const RigidVector& motion, int index) {
-    constexpr double share = 2;
-    const SteppedBody& body = world.at(index);
-    const double energy = motion.dot(rigid_inertia(*body.elastic, body.state.x) * motion) / 2,
-                 fall = body.elastic->mass() * (world.gravity_before * world.step.dt).squaredNorm();
-    return energy <= share * (kinetic_energy(*body.elastic, body.state.v) +
-                              kinetic_energy(*body.elastic, body.before->v) + fall);
-}
-
-/// Kinetic energy of a body's motion as a whole, joules.
-double rigid_energy(const ElasticBody& elastic, const BodyState& state) {
-    const Momentum momentum = momentum_of(elastic, state);
-    return momentum.linear.squaredNorm() / (2 * elastic.mass()) +
-           momentum.angular.dot(angular_velocity(elastic, state)) / 2;
-}
-
-/// Whether a motion that a rigid body without joints is to get makes energy. In a step of backward Euler in
-/// which it turns far, straight ways lead it to its least axis of inertia, about which it has the most energy
-/// by its angular momentum; and where an impulse acts on a body with a small moment of inertia, what is
-/// missing of it may be much.
-bool makes_energy(const WorldState& world, const RigidVector& motion, int index) {
-    constexpr double rounding = 1e-3, share = 0.1;  // of the energy
-    const SteppedBody& body = world.at(index);
-    const ElasticBody& elastic = *body.elastic;
-    if (!elastic.is_rigid()) return false;
-    BodyState moved = body.state;
-    add_motion(elastic, motion, moved);
-    const Eigen::Vector3d fall = centre_of_mass(elastic, moved.x) - centre_of_mass(elastic, body.start.x);
-    const double before = rigid_energy(elastic, {.x = body.start.x, .v = body.before->v}),
-                 work = std::max(elastic.mass() * world.gravity_before.dot(fall), 0.0),
-                 after = rigid_energy(elastic, moved);
-    if (world.step.velocity_factor == 1) return after > (1 + rounding) * before + work;
-    return after > (1 + share) * std::max(rigid_energy(elastic, body.state), before + work);
-}
-
 }  // namespace
 
 /// Moves the bodies by the solution v of the step and, if the step was solved to its tolerance, gives those
 /// that nothing holds the momentum that loads and contacts leave them and the solve has lost, as far as
-/// contacts let them have it. Impulses of the solver are `factor` times those that act, see StepSystem.
-/// Returns an empty text, or why the simulation has failed; the bodies then stay where they are.
+/// contacts let them have it. Returns an empty text, or why the simulation has failed; the bodies then stay
+/// where they are.
 std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_solved, WorldReport& report) {
     const int bodies = state_.body_count();
     int inverted = 0;
     BodyPositions last{.x = state_.nodes_after(part.dt, v), .centres = {}};
     const std::vector<Nodes>& ends = last.x;
     last.centres = state_.centres_of(ends);
-    const double dt = state_.step.dt, factor = state_.step.velocity_factor;
+    const double dt = state_.dt;
     BodyPositions middles{.x = std::vector<Nodes>(bodies), .centres = std::vector<Eigen::Vector3d>(bodies)};
     std::vector<ElementReport> elements(bodies);
     const auto measure_end = [&](int b) {
@@ -94,12 +58,14 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
             pose_failure(b, elements[b], state_.at(b).elastic->element_count(), state_.config.limits);
         if (!failure.empty()) return failure;
     }
-    for (int b = 0; b < bodies; ++b) state_.at(b).energy = elements[b].energy;
     report.inverted_elements = inverted;
     if (state_.config.statics) {
+        for (int b = 0; b < bodies; ++b) state_.at(b).energy = elements[b].energy;
         come_to_rest(part, v, last);
         return {};
     }
+    EnergyBudget budget(state_, equations_, v);
+    for (int b = 0; b < bodies; ++b) state_.at(b).energy = elements[b].energy;
     const Eigen::VectorXd impulses = equations_.solver.step_impulses(v);
     const Eigen::VectorXd all = equations_.bonds.empty() ? impulses : equations_.solver.impulses(v);
     const std::vector<Momentum> of_contacts = equations_.solver.momenta(v, middles, last);
@@ -108,15 +74,17 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
     const auto advance_body = [&](int b) {
         SteppedBody& body = state_.at(b);
         const std::size_t index = b;
-        Momentum momentum = end_momentum(state_, joint_forces_, b, ends[index], of_contacts[index]);
+        const Momentum loads = load_impulse(state_, b, ends[index]),
+                       momentum = end_momentum(state_, joint_forces_, b, loads, of_contacts[index]);
+        budget.set_loads(b, loads);
         advance(state_, joint_forces_, equations_.systems[b], b, state_.part_of(b, v), impulses, all);
         const Momentum solved = momentum_of(*body.elastic, body.state);
         // Damping by mass takes its share of an impulse, too.
-        const double lasting = factor * (1 + dt * body.elastic->material().rayleigh_mass);
+        const double lasting = 1 + dt * body.elastic->material().rayleigh_mass;
         missing[index] << momentum.linear - solved.linear, momentum.angular - solved.angular;
         missing[index] *= lasting;
         if (!state_.is_held(body))
-            inertia[index] = factor * lasting * rigid_inertia(*body.elastic, body.state.x);
+            inertia[index] = body.velocity_factor * lasting * rigid_inertia(*body.elastic, body.state.x);
     };
     parallel_for(bodies, advance_body, 1);
     std::vector<Eigen::Vector3d> more;  // impulses of the response
@@ -127,32 +95,22 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
         now.centres = state_.centres_of(now.x);
         ContactSolver::RigidResponse response = equations_.solver.response(v, missing, inertia, now);
         std::vector<char> fits(state_.bodies.size(), 1);
-        for (int b = 0; b < state_.body_count(); ++b)
-            fits[b] = state_.is_joined(b) ? is_fit(state_, factor * response.motions[b], b)
-                                          : !makes_energy(state_, factor * response.motions[b], b);
-        if (std::ranges::find(fits, 0) != fits.end()) {
-            const std::vector<PairImpulse> touching =
-                equations_.solver.pair_impulses(v, response.of_each, middles);
-            for (bool goes_on = true; goes_on;) {  // what bodies give to one another they all get, or none
-                goes_on = false;
-                const auto agree = [&](int a, int b) {
-                    if (a < 0 || b < 0 || fits[a] == fits[b]) return;
-                    fits[a] = fits[b] = 0;
-                    goes_on = true;
-                };
-                for (std::size_t j = 0; j < state_.joints.size(); ++j)
-                    if (!state_.broken[j]) agree(state_.joints[j].joint().a, state_.joints[j].joint().b);
-                for (const PairImpulse& pair : touching) agree(pair.body, pair.other);
-            }
-            equations_.solver.refuse(response, fits);
+        std::vector<RigidVector> gains;  // of velocities
+        for (int b = 0; b < bodies; ++b)
+            gains.emplace_back(state_.at(b).velocity_factor * response.motions[b]);
+        const std::vector<double> shares =
+            budget.shares(state_, gains, equations_.solver.pair_impulses(v, response.of_each, middles));
+        if (std::ranges::any_of(shares, [](double share) { return share < 1; })) {
+            for (int b = 0; b < bodies; ++b) missing[b].tail<3>() *= shares[b];
+            response = equations_.solver.response(v, missing, inertia, now);
         }
         for (int b = 0; b < state_.body_count(); ++b) {
             SteppedBody& body = state_.at(b);
             // What holds a body lets it get no momentum of these.
             if (const Eigen::Index held = body.holding.rows(); held > 0)
-                body.holding.rowwise() -= state_.part_of(b, response.impulses).colwise().sum() /
-                                          (factor * static_cast<double>(held));
-            add_motion(*body.elastic, factor * response.motions[b], body.state);
+                body.holding.rowwise() -=
+                    state_.part_of(b, response.impulses).colwise().sum() / static_cast<double>(held);
+            add_motion(*body.elastic, body.velocity_factor * response.motions[b], body.state);
         }
         more = std::move(response.of_each);
     } else {
@@ -168,8 +126,22 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
     joint_forces_.go_on();
     const Eigen::VectorXd of_contact = equations_.solver.contact_impulses(v, more);
     for (int b = 0; b < state_.body_count(); ++b)
-        state_.at(b).contact_forces += part.share / (factor * dt) * state_.part_of(b, of_contact);
+        state_.at(b).contact_forces += part.share / dt * state_.part_of(b, of_contact);
     return {};
+}
+
+/// Gives bodies their velocities at the end of a part that comes to rest short of its solution, since
+/// something is in the way: what touches nothing has those that were solved for, the rest those of the way
+/// that it came. before: positions at the start of the part.
+void World::end_short(const Eigen::VectorXd& solved, std::span<const Nodes> before) {
+    const std::vector<char> pressed = equations_.solver.pressed_bodies();
+    for (int b = 0; b < state_.body_count(); ++b) {
+        SteppedBody& body = state_.at(b);
+        const bool is_free = !pressed[b] && !state_.is_joined(b);
+        body.state.v = is_free ? Nodes(body.velocity_factor * state_.part_of(b, solved))
+                               : Nodes((body.state.x - before[b]) / state_.dt);
+        body.before.reset();
+    }
 }
 
 /// Ends an increment in the balance that v leads to, with the reactions there. ends: where v leads.
@@ -215,7 +187,7 @@ void World::add_holding_reactions(const StepPart& part, int index, const Nodes& 
 
 /// Adds what contacts did between bodies, and between bodies and obstacles, in a part.
 void World::add_contact_reactions(const StepPart& part, std::span<const PairImpulse> pairs) {
-    const double rate = part.share / (state_.step.velocity_factor * part.dt);
+    const double rate = part.share / part.dt;
     for (const PairImpulse& pair : pairs) {
         MeanPlace place;
         place.add(pair.place, rate);

@@ -37,7 +37,7 @@ void PartSolve::build_systems(const std::vector<PrescribedNodes>& given, const E
     for (int b = 0; b < world_.body_count(); ++b) {
         SteppedBody& body = world_.at(b);
         const Nodes& w = at.emplace_back(iterate ? world_.part_of(b, *iterate) : first_iterate(world_, body));
-        set_end_forces(world_, body, body.start.x + world_.step.dt * w);
+        set_end_forces(world_, body, body.start.x + dt_ * w);
         linearise_loads(world_, body, w);
         gases_.linearise(world_, b, w);
     }
@@ -47,7 +47,7 @@ void PartSolve::build_systems(const std::vector<PrescribedNodes>& given, const E
         // What pulls at a rigid body is far beyond its weight, so that an iteration needs how that turns with
         // it.
         const bool is_full = body.elastic->is_rigid() && iterate && tangent == Tangent::rotated;
-        system.assemble(body.start, world_.step, end_loads(world_, body), at[b],
+        system.assemble(body.start, world_.step_of(body), end_loads(world_, body), at[b],
                         is_full ? Tangent::full : tangent);
         add_tangents(world_, body, at[b], system);
         system.prescribe(given[b]);
@@ -63,18 +63,17 @@ double PartSolve::residual(const Eigen::VectorXd& v) {
     Eigen::VectorXd off = -equations_.solver.impulses(v), rounding = Eigen::VectorXd::Zero(v.size());
     for (int b = 0; b < world_.body_count(); ++b) {
         const StepSystem& system = equations_.systems[b];
-        set_end_forces(world_, world_.at(b), world_.at(b).start.x + world_.step.dt * world_.part_of(b, v));
+        set_end_forces(world_, world_.at(b), world_.at(b).start.x + dt_ * world_.part_of(b, v));
         linearise_loads(world_, world_.at(b), world_.part_of(b, v));
         const Loads outer = end_loads(world_, world_.at(b));
-        const Nodes own =
-            StepPotential(*world_.at(b).elastic, world_.at(b).start, world_.step, outer, system.elements())
-                .gradient(world_.part_of(b, v));
+        const Nodes own = StepPotential(*world_.at(b).elastic, world_.at(b).start, equations_.steps[b], outer,
+                                        system.elements())
+                              .gradient(world_.part_of(b, v));
         Eigen::Map<Nodes>(off.data() + world_.first_unknown[b], own.rows(), 3) += own;
         const auto& diagonal = system.matrix().diagonal();
         for (int i = 0; i < own.rows(); ++i) {
             const int first = world_.first_unknown[b] + 3 * i;
-            const double motion =
-                v.segment<3>(first).norm() + world_.at(b).start.x.row(i).norm() / world_.step.dt;
+            const double motion = v.segment<3>(first).norm() + world_.at(b).start.x.row(i).norm() / dt_;
             rounding.segment<3>(first).setConstant(2 * unit * diagonal[i].norm() * motion);
         }
     }

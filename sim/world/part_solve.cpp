@@ -139,18 +139,39 @@ double PartSolve::trusted_share(const Eigen::VectorXd& v, const Eigen::VectorXd&
 }
 
 /// How much a rigid body at v is strained by turning along straight ways from where it was linearised: by
-/// half the square of its turn, which a linearisation at v does not have. The largest of all bodies.
+/// half the square of its turn, which a linearisation at v does not have. 0 of a body that deforms.
+double PartSolve::strain_of_turn(int body, const Eigen::VectorXd& v) const {
+    const SteppedBody& one = world_.at(body);
+    if (!one.elastic->is_rigid()) return 0;
+    const Nodes x = one.start.x + dt_ * world_.part_of(body, v);
+    const Eigen::Matrix3d R = equations_.systems[body].elements().R[0].lane(0),
+                          turn = R.transpose() * one.elastic->deformation_gradient(x, 0) -
+                                 Eigen::Matrix3d::Identity();
+    return (turn.transpose() * turn).norm() / 2;
+}
+
+/// The largest of all bodies.
 double PartSolve::strain_of_turns(const Eigen::VectorXd& v) const {
     double largest = 0;
-    for (int b = 0; b < world_.body_count(); ++b) {
-        if (!world_.at(b).elastic->is_rigid()) continue;
-        const Nodes x = world_.at(b).start.x + dt_ * world_.part_of(b, v);
-        const Eigen::Matrix3d R = equations_.systems[b].elements().R[0].lane(0),
-                              turn = R.transpose() * world_.at(b).elastic->deformation_gradient(x, 0) -
-                                     Eigen::Matrix3d::Identity();
-        largest = std::max(largest, (turn.transpose() * turn).norm() / 2);
-    }
+    for (int b = 0; b < world_.body_count(); ++b) largest = std::max(largest, strain_of_turn(b, v));
     return largest;
+}
+
+/// Whether bodies at v, to which the first linearisation of a part leads, would make energy or throw what is
+/// caught if they go on by what was before. They begin the part anew then, by backward Euler.
+bool PartSolve::goes_on_abruptly(const Eigen::VectorXd& v) {
+    std::vector<char> abrupt = caught_bodies(world_, equations_, v);
+    add_joined(world_, abrupt);
+    for (std::size_t b = 0; b < abrupt.size(); ++b) caught_[b] = caught_[b] || abrupt[b];
+    const std::vector<char> pressed = equations_.solver.pressed_bodies();
+    for (int b = 0; b < world_.body_count(); ++b)
+        if (world_.at(b).velocity_factor > 1 && (pressed[b] || world_.is_joined(b)) &&
+            strain_of_turn(b, v) > rigid_strain)
+            abrupt[b] = 1;
+    if (std::ranges::find(abrupt, 1) == abrupt.end()) return false;
+    add_joined(world_, abrupt);
+    take_backward_euler(world_, abrupt);
+    return true;
 }
 
 /// The elastic energy that deformable bodies that can turn get by doing so along straight ways from where
@@ -178,7 +199,8 @@ double PartSolve::share_of_turns(const Eigen::VectorXd& from, const Eigen::Vecto
 /// the end as was solved for, it is done. If not, it goes as far as nothing collides, and is
 /// linearised there. v: out, the velocities at the end of the part.
 Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
-    std::vector<const ContactShape*> shapes;
+    std::vector<const ContactShape*>& shapes = equations_.shapes;
+    shapes.clear();
     std::vector<PrescribedNodes> given;
     for (const SteppedBody& body : world_.bodies) {
         shapes.push_back(body.shape.get());
@@ -191,6 +213,8 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
     const int most = is_asked ? world_.config.step.newton_iterations : max_linearisations;
     report.solver_converged = true;
     is_abrupt_ = false;
+    fell_short_of_.resize(0);
+    equations_.steps = world_.steps();
     barrier_.begin_step(world_.time, dt_);
     Eigen::VectorXd to = stacked(&likely_velocities, given);
     v = -leads();
@@ -214,12 +238,15 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
                 equations_.solver.set_contacts(equations_.contacts, equations_.bonds, v);
             else
                 equations_.solver.begin(equations_.contacts, equations_.bonds, shapes, world_.first_unknown,
-                                        world_.config.contact.tolerance, world_.step, linearised_at,
+                                        world_.config.contact.tolerance, equations_.steps, linearised_at,
                                         is_newton);
         });
         if (is_newton && k > 0 && given_ways.are_gone()) {
             const double error = residual(v);
-            if (error <= allowed) return {};
+            if (error <= allowed) {
+                fell_short_of_.resize(0);
+                return {};
+            }
             left_open = out_of_balance(error, allowed);
             if (!is_asked) allowed *= 2;
         }
@@ -237,18 +264,15 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
         ++report.newton_iterations;
         report.solver_iterations += solved.linear_iterations;
         if (!leads_somewhere(dt_, to)) return {.reason = too_large, .fatal = true};
-        if (k == 0 && world_.step.velocity_factor > 1) {
-            // A step that goes on by what was before would make energy, or throw what is caught.
-            caught_ = joints_catch(world_, equations_, to);
-            const bool is_free = world_.joints.empty() && solved.active == 0;
-            if (caught_ || (!is_free && strain_of_turns(to) > rigid_strain)) {
-                is_abrupt_ = true;
-                return {.reason = "a body turns abruptly, or is caught"};
-            }
+        if (k == 0 && goes_on_abruptly(to)) {
+            is_abrupt_ = true;
+            return {.reason = "a body turns abruptly, or is caught"};
         }
+        fell_short_of_ = to;
         const double trusted = trusted_share(v, to);
         if (trusted < 1) to = v + trusted * (to - v);
         share = propose(v, to, given_ways.obstacles, report);
+        if (share == 1 && trusted == 1) fell_short_of_.resize(0);
         if (share == 1 && trusted == 1 && !is_newton) {
             const double error = timed(report.detect_us, "detect", [&] { return contact_error(to, shapes); });
             left_open.clear();
@@ -322,13 +346,13 @@ double PartSolve::search_line(const Eigen::VectorXd& v, const Eigen::VectorXd& t
         for (int b = 0; b < world_.body_count() && std::isfinite(terms.front()); ++b) {
             const Loads outer = outer_end_loads(world_, world_.at(b));
             const Nodes w = world_.part_of(b, v), w_at_s = world_.part_of(b, at_s);
-            terms.push_back(StepPotential(*world_.at(b).elastic, world_.at(b).start, world_.step, outer,
-                                          equations_.systems[b].elements())
+            terms.push_back(StepPotential(*world_.at(b).elastic, world_.at(b).start, equations_.steps[b],
+                                          outer, equations_.systems[b].elements())
                                 .value(w_at_s));
             terms.push_back(excess_work(world_, world_.at(b), w, w_at_s));
             if (!world_.at(b).gases.empty())
-                terms.push_back(
-                    gas_energy(world_.at(b), world_.at(b).start.x + world_.step.dt * w_at_s, world_.end()));
+                terms.push_back(gas_energy(world_.at(b), world_.at(b).start.x + dt_ * w_at_s, world_.end()) /
+                                equations_.steps[b].velocity_factor);
             if (!world_.at(b).winds.empty()) terms.push_back(drag_energy(world_, world_.at(b), w_at_s));
         }
         return terms;
@@ -358,10 +382,10 @@ std::string PartSolve::end_fault(const Eigen::VectorXd& v, WorldReport& report) 
 }
 
 Rejection PartSolve::run(Eigen::VectorXd& v, WorldReport& report) {
+    caught_.assign(world_.bodies.size(), 0);
     for (;;) {
         Rejection rejection = world_.config.statics ? balance(v, report) : solve(v, report);
         if (is_abrupt_) {
-            begin_backward_euler(world_, dt_);
             tendons_.begin(world_.tendons.size());
             continue;
         }

@@ -49,8 +49,11 @@ class PartSolve {
     /// Solves the part so that it ends where the next can begin, anew with exact bounds where others fail. v:
     /// out, the velocities at its end; in statics the way of the increment over its length.
     Rejection run(Eigen::VectorXd& v, WorldReport& report);
-    /// Whether joints caught what they hold, so that what was before the part is no guide to what comes next.
-    bool was_caught() const noexcept { return caught_; }
+    /// Of a part that is kept though it ends short of its solution: the unknowns that were solved for last,
+    /// with which bodies that touch nothing go on. Else empty.
+    const Eigen::VectorXd& fell_short_of() const noexcept { return fell_short_of_; }
+    /// Which bodies joints caught, so that what was before the part is no guide to what comes next: [bodies].
+    std::span<const char> caught() const noexcept { return caught_; }
 
  private:
     // part_solve.cpp
@@ -61,7 +64,9 @@ class PartSolve {
                                      std::span<const ContactShape* const> shapes);
     double contact_error(const Eigen::VectorXd& v, std::span<const ContactShape* const> shapes);
     double trusted_share(const Eigen::VectorXd& v, const Eigen::VectorXd& to) const;
+    double strain_of_turn(int body, const Eigen::VectorXd& v) const;
     double strain_of_turns(const Eigen::VectorXd& v) const;
+    bool goes_on_abruptly(const Eigen::VectorXd& v);
     double share_of_turns(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const;
     Rejection solve(Eigen::VectorXd& v, WorldReport& report);
     void look(const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress, WorldReport& report);
@@ -117,8 +122,9 @@ class PartSolve {
     TendonSolve& tendons_;
     const FrictionMemory& friction_;
     GasSolve gases_;
-    bool is_abrupt_ = false;  // it needs a step that does not go on by what was before
-    bool caught_ = false;     // by joints, in such a part
+    bool is_abrupt_ = false;      // bodies need a step that does not go on by what was before
+    std::vector<char> caught_{};  // [bodies] by joints, in such a part
+    Eigen::VectorXd fell_short_of_{};
 };
 
 }  // namespace nbd

@@ -19,8 +19,8 @@ struct PastStep {
 /// ones and restored from a snapshot continues with the same bits. Plain arrays, reals in double, so that a
 /// file can keep them exactly.
 struct WorldSnapshot {
-    double time = 0;       // seconds
-    double dt_before = 0;  // length of the part of a step that ended here, seconds; 0: no guide to the next
+    double time = 0;                // seconds
+    double dt_before = 0;           // length of the part of a step that ended here, seconds; 0: none
     std::vector<BodyState> bodies;  // positions and velocities, one per body
     // Forces of elasticity, its damping and joints on the nodes as the last step has balanced them, [N, 3]
     // newtons, and what that step began with, of each body. Empty arrays or an empty list: not known. Whoever

@@ -9,7 +9,9 @@ namespace nbd {
 
 /// The equations of a part of a step, and what solves them.
 struct StepEquations {
-    std::vector<StepSystem> systems{};  // of each body
+    std::vector<StepSystem> systems{};          // of each body
+    std::vector<TimeStep> steps{};              // likewise
+    std::vector<const ContactShape*> shapes{};  // likewise
     std::vector<Contact> contacts{};
     std::vector<Bond> bonds{};
     ContactSolver solver;

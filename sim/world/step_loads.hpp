@@ -27,7 +27,8 @@ Loads outer_end_loads(const WorldState& world, const SteppedBody& body);
 Loads end_loads(const WorldState& world, const SteppedBody& body);
 
 /// By how much the loads that follow a body do less work on the way between two iterates of a step than as
-/// they were in the first, joules. Exact for pressures, whose forces are quadratic along a straight way.
+/// they were in the first, as StepPotential counts it, joules. Exact for pressures, whose forces are
+/// quadratic along a straight way.
 double excess_work(const WorldState& world, const SteppedBody& body, const Nodes& from, const Nodes& to);
 
 /// By how much loads that follow a body act otherwise where the unknowns v of the step lead than was solved
@@ -40,8 +41,8 @@ void take_winds(SteppedBody& body, std::vector<BodyLoad>& loads);
 /// Linearises the winds and muscles of a body at its unknown w, as they are at the end of the part.
 void linearise_loads(const WorldState& world, SteppedBody& body, const Nodes& w);
 
-/// Of all winds on a body: their forces times what makes their whole impulses act in the step.
-Nodes drag_forces(const WorldState& world, const SteppedBody& body, const Nodes& w);
+/// Of all winds on a body: their forces times its c, so that their whole impulses act in the step.
+Nodes drag_forces(const SteppedBody& body, const Nodes& w);
 
 /// By what the forces of muscles change up to the unknown w of a step, [N, 3] newtons.
 Nodes spring_forces(const WorldState& world, const SteppedBody& body, const Nodes& w);

@@ -27,19 +27,18 @@ void TendonSolve::bind(const WorldState& world, std::vector<Bond>& bonds) {
         double firmness = tendon.stiffness;
         for (const int part : tendon.parts)
             if (tendon.stiffness == 0)
-                firmness = firmness == 0 ? world.joints[part].firmness(world.step.dt)
-                                         : std::min(firmness, world.joints[part].firmness(world.step.dt));
+                firmness = firmness == 0 ? world.joints[part].firmness(world.dt)
+                                         : std::min(firmness, world.joints[part].firmness(world.dt));
         stiffness_.push_back(firmness);
     }
     pull(world, tensions_, bonds);
 }
 
-/// Their whole impulses act in the step, as those of ropes do.
 void TendonSolve::pull(const WorldState& world, const Eigen::VectorXd& tensions, std::vector<Bond>& bonds) {
     tensions_ = tensions;
     for (Bond& bond : bonds)
         if (const int tendon = world.tendon_of(bond.joint); tendon >= 0) {
-            bond.law.tension = world.step.velocity_factor * tensions[tendon];
+            bond.law.tension = tensions[tendon];
             bond.is_spring = false;
         }
 }
@@ -47,7 +46,7 @@ void TendonSolve::pull(const WorldState& world, const Eigen::VectorXd& tensions,
 /// By how much a tension that is tried is wrong more than it is changed, as if each body that it pulls gave
 /// way as a whole, and if it deforms each of its nodes alone, too.
 Eigen::MatrixXd TendonSolve::first_response(const WorldState& world, const StepEquations& equations) const {
-    const auto& [systems, contacts, bonds, solver] = equations;
+    const auto& [systems, steps, shapes, contacts, bonds, solver] = equations;
     using Pull = std::map<int, Eigen::Vector3d>;                   // on nodes
     std::vector<std::map<int, Pull>> pulls(world.tendons.size());  // on bodies
     for (const Bond& bond : bonds) {
@@ -60,29 +59,48 @@ Eigen::MatrixXd TendonSolve::first_response(const WorldState& world, const StepE
                     .try_emplace(point->nodes[k], Eigen::Vector3d::Zero())
                     .first->second += sign * point->weights[k] * e;
     }
-    const double c = world.step.velocity_factor;
-    Eigen::MatrixXd response =
-        Eigen::MatrixXd::Identity(std::ssize(world.tendons), std::ssize(world.tendons));
-    for (std::size_t t = 0; t < world.tendons.size(); ++t) {
-        double softness = 0;  // 1/kg
+    /// Of a tendon on a body.
+    struct Whole {
+        const Pull* pull;
+        RigidVector impulse;
+    };
+    std::vector<std::map<int, Whole>> wholes(world.tendons.size());
+    for (std::size_t t = 0; t < world.tendons.size(); ++t)
         for (const auto& [index, pull] : pulls[t]) {
             const SteppedBody& body = world.at(index);
-            const StepSystem& system = systems[index];
-            RigidVector whole = RigidVector::Zero();
             const Eigen::Vector3d centre = centre_of_mass(*body.elastic, body.state.x);
+            Whole& whole = wholes[t].emplace(index, Whole{&pull, RigidVector::Zero()}).first->second;
             for (const auto& [node, force] : pull) {
-                if (system.is_prescribed(node)) continue;
-                whole.head<3>() += force;
-                whole.tail<3>() += (body.state.x.row(node).transpose() - centre).cross(force);
-                if (!body.elastic->is_rigid())
-                    softness += force.squaredNorm() / (system.matrix().diagonal()[node].trace() / 3);
+                if (systems[index].is_prescribed(node)) continue;
+                whole.impulse.head<3>() += force;
+                whole.impulse.tail<3>() += (body.state.x.row(node).transpose() - centre).cross(force);
             }
-            if (!world.is_held(body))
-                softness +=
-                    whole.dot(rigid_inertia(*body.elastic, body.state.x).ldlt().solve(whole)) / (c * c);
         }
-        response(t, t) += stiffness_[t] * c * world.step.dt * world.step.dt * softness;
-    }
+    Eigen::MatrixXd response =
+        Eigen::MatrixXd::Identity(std::ssize(world.tendons), std::ssize(world.tendons));
+    for (std::size_t t = 0; t < world.tendons.size(); ++t)
+        for (std::size_t other = 0; other < world.tendons.size(); ++other) {
+            double softness = 0;  // 1/kg, of where the one is pulled to where the other pulls
+            for (const auto& [index, whole] : wholes[t]) {
+                const auto shared = wholes[other].find(index);
+                if (shared == wholes[other].end()) continue;
+                const SteppedBody& body = world.at(index);
+                const StepSystem& system = systems[index];
+                if (!body.elastic->is_rigid())
+                    for (const auto& [node, force] : *whole.pull) {
+                        const auto on_node = shared->second.pull->find(node);
+                        if (on_node == shared->second.pull->end() || system.is_prescribed(node)) continue;
+                        softness +=
+                            force.dot(on_node->second) / (system.matrix().diagonal()[node].trace() / 3);
+                    }
+                if (!world.is_held(body))
+                    softness +=
+                        whole.impulse.dot(
+                            rigid_inertia(*body.elastic, body.state.x).ldlt().solve(shared->second.impulse)) /
+                        body.velocity_factor;
+            }
+            response(t, other) += stiffness_[t] * world.dt * world.dt * softness;
+        }
     return response;
 }
 
@@ -96,7 +114,7 @@ ContactSolveReport TendonSolve::solve(WorldState& world, StepEquations& equation
     for (int round = 1;; ++round) {
         if (round > 1) equations.solver.renew_bonds(v);
         all.add_round(gases.solve(world, equations, v));
-        const std::vector<Nodes> x = world.nodes_after(world.step.dt, v);
+        const std::vector<Nodes> x = world.nodes_after(world.dt, v);
         Eigen::VectorXd found(tensions_.size());
         for (std::size_t t = 0; t < world.tendons.size(); ++t) found[t] = taut_tension(world, t, x);
         const Eigen::VectorXd next = (tensions_ + secant.way_from(tensions_ - found)).cwiseMax(0),

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "meshing/parallel/parallel_for.hpp"
+#include "sim/materials/polar.hpp"
 #include "sim/world/gases.hpp"
 #include "sim/world/step_loads.hpp"
 
@@ -24,8 +25,20 @@ Momentum outer_load(const ElasticBody& elastic, NodesRef x, const Loads& loads) 
     return load;
 }
 
+/// Which bodies joints and tendons connect.
+BodyGroups joined_groups(const WorldState& world) {
+    BodyGroups groups(world.bodies.size());
+    for (std::size_t j = 0; j < world.joints.size(); ++j)
+        if (!world.broken[j]) groups.connect(world.joints[j].joint().a, world.joints[j].joint().b);
+    for (const Tendon& tendon : world.tendons)
+        for (const int part : tendon.parts)
+            groups.connect(world.joints[tendon.parts.front()].joint().a, world.joints[part].joint().a);
+    return groups;
+}
+
 /// Evaluates inner forces where none are known that a step has balanced: in the first step, and on nodes that
-/// are let go, where the balance was that of what held them.
+/// are let go, where the balance was that of what held them. Rates before a step that is not known are taken
+/// to be as now.
 void measure_inner_forces(const WorldState& world, SteppedBody& body, double dt, const Nodes& of_joints) {
     const auto measured = [&]() -> Nodes {
         Nodes forces = body.elastic->inner_forces(body.state.x, body.state.v);
@@ -33,11 +46,9 @@ void measure_inner_forces(const WorldState& world, SteppedBody& body, double dt,
         if (!body.gases.empty()) forces += gas_forces(body, body.state.x, world.time);
         return forces;
     };
-    if (!body.before || body.inner_forces.size() == 0) {
-        body.inner_forces = measured();
-        return;
-    }
     const std::vector<int> held = world.prescribed(body, dt).nodes;
+    if (!body.before || body.inner_forces.size() == 0) body.inner_forces = measured();
+    if (!body.before) body.before = {.v = body.state.v, .inner_forces = body.inner_forces, .held = held};
     if (held == body.before->held) return;
     std::vector<char> is_held(body.state.x.rows(), 0);
     for (const int node : held) is_held[node] = 1;
@@ -54,137 +65,161 @@ void measure_inner_forces(const WorldState& world, SteppedBody& body, double dt,
 void take_holding(WorldState& world, const JointForces& joints, int index, const Nodes& holding,
                   const Eigen::RowVector3d& springs) {
     SteppedBody& body = world.at(index);
-    const auto [dt, factor] = world.step;
+    const auto [dt, factor] = world.step_of(body);
     const std::vector<int>& held = body.before->held;
-    body.holding = holding / factor;
+    body.holding = holding;
     if (held.empty()) return;
-    body.inner_forces(held, Eigen::all) -= holding / dt;
+    body.inner_forces(held, Eigen::all) -= factor / dt * holding;
     Eigen::RowVector3d left = dt / factor * body.inner_forces.colwise().sum();
     if (body.start.impulses.rows() > 0)
         left +=
             body.start.impulses.colwise().sum() - (1 - 1 / factor) * dt * body.outer_before.colwise().sum();
-    left -= springs / factor + joints.earlier_on(world, index).linear.transpose();
+    left -= springs + joints.earlier_on(world, index).linear.transpose();
     body.holding.rowwise() += left / static_cast<double>(held.size());
 }
 
 }  // namespace
 
-void choose_steps(WorldState& world, JointForces& joints, const LargestTurns& turns, double dt) {
-    begin_backward_euler(world, dt);
+void choose_steps(WorldState& world, JointForces& joints, std::span<const double> turns, double dt) {
+    const bool goes_on =
+        !world.config.statics && world.config.step.integrator != TimeIntegrator::backward_euler;
+    world.dt = dt;
+    world.knows_last = goes_on && dt <= most_growth * world.dt_before;
+    for (SteppedBody& body : world.bodies) {
+        body.start = StepStart(body.state);
+        body.velocity_factor = 1;
+    }
+    const TwoStepWeights weights(world.knows_last ? dt / world.dt_before : 1);
+    begin_outer_forces(world, weights);
     if (world.config.statics) return;
     const std::vector<Nodes> of_joints = joints.measure(world, dt);
     for (std::size_t b = 0; b < world.bodies.size(); ++b)
         measure_inner_forces(world, world.bodies[b], dt, of_joints[b]);
-    constexpr double straight =
-        0.3;  // radians of a rigid body, beyond which straight ways by earlier rates lead astray
-    if (world.config.step.integrator == TimeIntegrator::backward_euler) return;
-    if (turns.rigid.angle > straight || turns.deformable.angle > most_deformable_turn) return;
-    world.step = {dt, 1 / TwoStepWeights::end};
-    const bool is_known =
-        std::ranges::all_of(world.bodies, [](const SteppedBody& body) { return body.before.has_value(); });
-    world.knows_last = is_known && dt <= most_growth * world.dt_before;
-    const TwoStepWeights weights(world.knows_last ? dt / world.dt_before : 1);
-    begin_outer_forces(world, weights);
+    if (!goes_on) return;
     for (SteppedBody& body : world.bodies) {
         const Nodes& v_before = world.knows_last ? body.before->v : body.state.v;
         const Nodes& forces_before = world.knows_last ? body.before->inner_forces : body.inner_forces;
+        body.velocity_factor = 1 / TwoStepWeights::end;
         body.start.x += dt * (weights.now * body.state.v + weights.before * v_before);
         body.start.impulses = dt * (weights.now * body.inner_forces + weights.before * forces_before +
                                     (1 - weights.end) * body.outer_before);
         body.start.v.rowwise() += (1 - weights.end) * dt * world.gravity_before.transpose();
     }
+    constexpr double straight =
+        0.3;  // radians of a rigid body, beyond which straight ways by earlier rates lead astray
+    std::vector<char> abrupt(world.bodies.size(), 0);
+    for (int b = 0; b < world.body_count(); ++b)
+        abrupt[b] = turns[b] > (world.at(b).elastic->is_rigid() ? straight : most_deformable_turn);
+    add_joined(world, abrupt);
+    take_backward_euler(world, abrupt);
 }
 
-LargestTurns largest_turns(const WorldState& world, double dt) {
+void add_joined(const WorldState& world, std::vector<char>& some) {
+    if (world.joints.empty() || std::ranges::find(some, 1) == some.end()) return;
+    const BodyGroups groups = joined_groups(world);
+    std::vector<char> has_some(some.size(), 0);  // of groups
+    for (int b = 0; b < world.body_count(); ++b)
+        if (some[b]) has_some[groups.group_of(b)] = 1;
+    for (int b = 0; b < world.body_count(); ++b) some[b] = has_some[groups.group_of(b)];
+}
+
+void take_backward_euler(WorldState& world, std::span<const char> abrupt) {
+    for (std::size_t b = 0; b < abrupt.size(); ++b) {
+        if (!abrupt[b]) continue;
+        world.bodies[b].start = StepStart(world.bodies[b].state);
+        world.bodies[b].velocity_factor = 1;
+    }
+}
+
+void forget_rates(SteppedBody& body) {
+    if (!body.before || body.inner_forces.size() == 0) {
+        body.before.reset();
+        return;
+    }
+    body.before->v = body.state.v;
+    body.before->inner_forces = body.inner_forces;
+}
+
+std::vector<double> turns_in(const WorldState& world, double dt) {
     std::vector<double> angles(world.bodies.size(), 0.0);
     const auto measure = [&](int b) {
         const SteppedBody& body = world.at(b);
         if (world.can_turn(body)) angles[b] = dt * angular_velocity(*body.elastic, body.state).norm();
     };
     parallel_for(world.body_count(), measure, 1);
-    LargestTurns largest;
-    for (int b = 0; b < world.body_count(); ++b) {
-        LargestTurn& of_kind = world.at(b).elastic->is_rigid() ? largest.rigid : largest.deformable;
-        if (angles[b] > of_kind.angle) of_kind = {angles[b], b};
-    }
-    return largest;
+    return angles;
 }
 
-LargestTurn largest_rigid_turn(const WorldState& world, const Eigen::VectorXd& v) {
-    LargestTurn largest;
-    for (int b = 0; b < world.body_count(); ++b) {
+std::vector<double> rigid_turns(const WorldState& world, const Eigen::VectorXd& v) {
+    std::vector<double> angles(world.bodies.size(), 0.0);
+    const auto measure = [&](int b) {
         const SteppedBody& body = world.at(b);
-        if (!body.elastic->is_rigid() || !world.can_turn(body)) continue;
-        const Nodes way = body.start.x + world.step.dt * world.part_of(b, v) - body.state.x;
-        const double angle = angular_velocity(*body.elastic, {.x = body.state.x, .v = way}).norm();
-        if (angle > largest.angle) largest = {angle, b};
-    }
-    return largest;
+        if (!body.elastic->is_rigid() || !world.can_turn(body)) return;
+        const Nodes end = body.start.x + world.dt * world.part_of(b, v);
+        const Eigen::Matrix3d turn =
+            rotation_of(body.elastic->deformation_gradient(end, 0)) *
+            rotation_of(body.elastic->deformation_gradient(body.state.x, 0)).transpose();
+        angles[b] = std::acos(std::clamp((turn.trace() - 1) / 2, -1.0, 1.0));
+    };
+    parallel_for(world.body_count(), measure, 1);
+    return angles;
 }
 
-void begin_backward_euler(WorldState& world, double dt) {
-    for (SteppedBody& body : world.bodies) body.start = StepStart(body.state);
-    world.step = dt;
-    world.knows_last = false;
-    begin_outer_forces(world, TwoStepWeights(1));
-}
-
-Nodes first_iterate(const WorldState& world, const SteppedBody& body) {
-    return body.state.v / world.step.velocity_factor;
+Nodes first_iterate(const WorldState&, const SteppedBody& body) {
+    return body.state.v / body.velocity_factor;
 }
 
 Nodes likely_velocities(const WorldState& world, const SteppedBody& body) {
-    const double dt = world.step.dt;
+    const double dt = world.dt;
     if (body.before && dt <= most_growth * world.dt_before) {
         const double growth = dt / world.dt_before;
-        return ((1 + growth) * body.state.v - growth * body.before->v) / world.step.velocity_factor;
+        return ((1 + growth) * body.state.v - growth * body.before->v) / body.velocity_factor;
     }
     if (world.is_held(body)) return first_iterate(world, body);
     const Nodes gain = dt * (body.elastic->node_masses().cwiseInverse().asDiagonal() * body.outer_before);
     return ((body.state.v + gain).rowwise() + dt * world.gravity_before.transpose()) /
-           (world.step.velocity_factor * (1 + dt * body.elastic->material().rayleigh_mass));
+           (body.velocity_factor * (1 + dt * body.elastic->material().rayleigh_mass));
 }
 
 Nodes middle(const WorldState& world, const SteppedBody& body) {
-    if (world.step.velocity_factor == 1) return body.state.x;
-    Nodes x = body.state.x + world.step.dt / 2 * body.state.v;
+    if (body.velocity_factor == 1) return body.state.x;
+    Nodes x = body.state.x + world.dt / 2 * body.state.v;
     if (world.knows_last)
-        x -= world.step.dt * TwoStepWeights(world.step.dt / world.dt_before).before *
-             (body.state.v - body.before->v);
+        x -= world.dt * TwoStepWeights(world.dt / world.dt_before).before * (body.state.v - body.before->v);
     return x;
 }
 
-Momentum end_momentum(const WorldState& world, const JointForces& joints, int index, NodesRef x,
+Momentum load_impulse(const WorldState& world, int index, NodesRef x) {
+    const SteppedBody& body = world.at(index);
+    const auto [dt, factor] = world.step_of(body);
+    const double begun = dt * (1 - 1 / factor);
+    Loads end{.gravity = world.gravity_at(world.time + dt), .forces = end_forces(world, body, x)};
+    if (!body.drags.empty()) end.forces += drag_forces(body, (x - body.start.x) / dt);
+    const Momentum first = outer_load(*body.elastic, body.state.x,
+                                      {.gravity = world.gravity_before, .forces = body.outer_before}),
+                   last = outer_load(*body.elastic, x, end);
+    return {begun * first.linear + dt / factor * last.linear,
+            begun * first.angular + dt / factor * last.angular};
+}
+
+Momentum end_momentum(const WorldState& world, const JointForces& joints, int index, const Momentum& loads,
                       const Momentum& contacts) {
     const SteppedBody& body = world.at(index);
-    const ElasticBody& elastic = *body.elastic;
-    const auto [dt, factor] = world.step;
-    const double begun = dt * (1 - 1 / factor);
-    Momentum momentum = momentum_of(elastic, body.state);
-    Loads end{.gravity = world.gravity_at(world.time + dt), .forces = end_forces(world, body, x)};
-    if (!body.drags.empty()) end.forces += drag_forces(world, body, (x - body.start.x) / dt);
-    const Momentum first = outer_load(elastic, body.state.x,
-                                      {.gravity = world.gravity_before, .forces = body.outer_before}),
-                   last = outer_load(elastic, x, end);
-    momentum.linear += begun * first.linear;
-    momentum.angular += begun * first.angular;
-    const Momentum springs = joints.earlier_on(world, index);
-    momentum.linear += springs.linear;
-    momentum.angular += springs.angular;
-    const double lasting = factor * (1 + dt * elastic.material().rayleigh_mass);
-    return {(factor * momentum.linear + dt * last.linear + contacts.linear) / lasting,
-            (factor * momentum.angular + dt * last.angular + contacts.angular) / lasting};
+    const Momentum begun = momentum_of(*body.elastic, body.state), springs = joints.earlier_on(world, index);
+    const double lasting = 1 + world.dt * body.elastic->material().rayleigh_mass;
+    return {(begun.linear + loads.linear + springs.linear + contacts.linear) / lasting,
+            (begun.angular + loads.angular + springs.angular + contacts.angular) / lasting};
 }
 
 Nodes holding_impulses(const WorldState& world, const StepSystem& system, int index, const Nodes& w,
                        const Eigen::VectorXd& impulses) {
     const SteppedBody& body = world.at(index);
     const Eigen::VectorXd v = Eigen::Map<const Eigen::VectorXd>(w.data(), w.size());
-    const std::vector<int> nodes = world.prescribed(body, world.step.dt).nodes;
+    const std::vector<int> nodes = world.prescribed(body, world.dt).nodes;
     Nodes holding;
     if (world.config.step.newton_iterations > 1) {
         const Loads outer = end_loads(world, body);
-        holding = StepPotential(*body.elastic, body.start, world.step, outer, system.elements())
+        holding = StepPotential(*body.elastic, body.start, world.step_of(body), outer, system.elements())
                       .gradient(w)(nodes, Eigen::all);
     } else {
         holding = system.holding_impulses(v);
@@ -195,7 +230,7 @@ Nodes holding_impulses(const WorldState& world, const StepSystem& system, int in
 void advance(WorldState& world, const JointForces& joints, const StepSystem& system, int index,
              const Nodes& w, const Eigen::VectorXd& impulses, const Eigen::VectorXd& all) {
     SteppedBody& body = world.at(index);
-    const auto [dt, factor] = world.step;
+    const auto [dt, factor] = world.step_of(body);
     body.before = {.v = body.state.v,
                    .inner_forces = std::move(body.inner_forces),
                    .held = world.prescribed(body, dt).nodes};
@@ -206,8 +241,8 @@ void advance(WorldState& world, const JointForces& joints, const StepSystem& sys
     Nodes now = factor * w;
     body.inner_forces = body.elastic->mass_product((factor / dt * (lasting * now - body.start.v)).rowwise() -
                                                    world.gravity_at(world.time + dt).transpose()) -
-                        body.outer_end - world.part_of(index, impulses) / dt;
-    if (!body.drags.empty()) body.inner_forces -= drag_forces(world, body, w);
+                        body.outer_end - factor / dt * world.part_of(index, impulses);
+    if (!body.drags.empty()) body.inner_forces -= drag_forces(body, w);
     if (!body.springs.empty()) body.inner_forces -= spring_forces(world, body, w);
     if (body.start.impulses.rows() > 0) body.inner_forces -= factor / dt * body.start.impulses;
     take_holding(world, joints, index, holding, world.part_of(index, all - impulses).colwise().sum());

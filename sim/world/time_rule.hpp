@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
+#include <vector>
 
 #include "sim/fem/momentum.hpp"
 #include "sim/world/joint_forces.hpp"
@@ -10,32 +12,31 @@
 // which momentum. See TimeIntegrator and TwoStepWeights.
 namespace nbd {
 
-/// By how much the fastest of some bodies turns.
-struct LargestTurn {
-    double angle = 0;  // radians
-    int body = -1;
-};
-/// Of all rigid bodies in a time, and of deformable ones that can turn.
-struct LargestTurns {
-    LargestTurn rigid{}, deformable{};
-};
-/// With the velocities that bodies have.
-LargestTurns largest_turns(const WorldState& world, double dt);
-/// Of rigid bodies in a part whose solution is v.
-LargestTurn largest_rigid_turn(const WorldState& world, const Eigen::VectorXd& v);
+/// By how much bodies turn in a time with the velocities that they have, radians: [bodies], 0 of those that
+/// something keeps from turning.
+std::vector<double> turns_in(const WorldState& world, double dt);
+/// Likewise rigid bodies in a part whose solution is v.
+std::vector<double> rigid_turns(const WorldState& world, const Eigen::VectorXd& v);
 
 /// Sets where the step starts for each body, with what the rates before it add. Where the last step of a body
-/// is not known, or was much shorter, those before it are taken to be as now, of all bodies: two that touch
-/// have to follow the same rule. turns: in dt.
-void choose_steps(WorldState& world, JointForces& joints, const LargestTurns& turns, double dt);
+/// is not known, or was much shorter, those before it are taken to be as now. A body that turns far takes a
+/// step of backward Euler, with all that joints and tendons connect to it. turns: in dt.
+void choose_steps(WorldState& world, JointForces& joints, std::span<const double> turns, double dt);
+
+/// Adds all bodies that joints and tendons connect to some: forces of springs act on both sides by one rule.
+/// some: [bodies].
+void add_joined(const WorldState& world, std::vector<char>& some);
+
+/// Lets bodies take a step of backward Euler from their state as it is. abrupt: [bodies].
+void take_backward_euler(WorldState& world, std::span<const char> abrupt);
+
+/// Takes the rates before the step of a body to be as now, which its last step is no guide to.
+void forget_rates(SteppedBody& body);
 
 /// Radians beyond which a deformable body makes energy in a step of second order.
 constexpr double most_deformable_turn = 0.5;
 /// Beyond which a rigid body is led astray by straight ways.
 constexpr double most_rigid_turn = 0.6;
-
-/// A step from the state of all bodies as it is.
-void begin_backward_euler(WorldState& world, double dt);
 
 /// The unknown of the step if the body goes on as before.
 Nodes first_iterate(const WorldState& world, const SteppedBody& body);
@@ -49,10 +50,13 @@ Nodes likely_velocities(const WorldState& world, const SteppedBody& body);
 /// momentum of two bodies that push each other stays, where steps are equal.
 Nodes middle(const WorldState& world, const SteppedBody& body);
 
-/// The momentum that a body should have at the end of the step, at the positions x, [N, 3]. The solver leaves
-/// some of the linear momentum, by its tolerance, and takes or adds angular momentum: it turns a body along
-/// straight lines, and neglects how forces turn. contacts: what they give.
-Momentum end_momentum(const WorldState& world, const JointForces& joints, int index, NodesRef x,
+/// What loads give to the momentum of a body in the step, at whose end it has the positions x, [N, 3].
+Momentum load_impulse(const WorldState& world, int index, NodesRef x);
+
+/// The momentum that a body should have at the end of the step. The solver leaves some of the linear
+/// momentum, by its tolerance, and takes or adds angular momentum: it turns a body along straight lines, and
+/// neglects how forces turn. loads, contacts: what they give.
+Momentum end_momentum(const WorldState& world, const JointForces& joints, int index, const Momentum& loads,
                       const Momentum& contacts);
 
 /// Impulses that the solver found to hold nodes at the velocities w, as StepSystem has them: [held, 3] N s.

@@ -208,7 +208,7 @@ int World::add_joint(Joint joint) {
         rule.meets = false;
         set_pair(made.a, made.b, rule);
     }
-    state_.forget_rates(made);
+    state_.forget_steps(made);
     state_.joints.push_back(std::move(bonds));
     state_.broken.push_back(0);
     joint_forces_.add_joint();
@@ -366,7 +366,7 @@ void World::restore(const WorldSnapshot& snapshot) {
         for (const Momentum* side : {&load.on_a, &load.on_b})
             if (!side->linear.allFinite() || !side->angular.allFinite())
                 throw std::invalid_argument("world: the snapshot's forces of springs are not finite");
-    targets_.forget(state_);
+    if (targets_.forget(state_)) forget_parts();
     reset(snapshot);
     start_is_checked_ = false;
     reactions_.clear();

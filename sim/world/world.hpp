@@ -215,6 +215,7 @@ class World {
 
     // part_end.cpp
     std::string move(const StepPart& part, const Eigen::VectorXd& v, bool is_solved, WorldReport& report);
+    void end_short(const Eigen::VectorXd& solved, std::span<const Nodes> before);
     void come_to_rest(const StepPart& part, const Eigen::VectorXd& v, const BodyPositions& ends);
     void add_holding_reactions(const StepPart& part, int index, const Nodes& x);
     void add_contact_reactions(const StepPart& part, std::span<const PairImpulse> pairs);

@@ -23,6 +23,12 @@ Nodes WorldState::part_of(int body, const Eigen::VectorXd& stacked) const {
     return Eigen::Map<const Nodes>(stacked.data() + first_unknown[body], at(body).state.v.rows(), 3);
 }
 
+std::vector<TimeStep> WorldState::steps() const {
+    std::vector<TimeStep> steps;
+    for (const SteppedBody& body : bodies) steps.push_back(step_of(body));
+    return steps;
+}
+
 std::vector<Nodes> WorldState::nodes_now() const {
     std::vector<Nodes> nodes;
     for (const SteppedBody& body : bodies) nodes.push_back(body.state.x);
@@ -111,7 +117,7 @@ bool WorldState::is_joined(int body) const {
         joints, [&](const JointBonds& bonds) { return bonds.joint().a == body || bonds.joint().b == body; });
 }
 
-void WorldState::forget_rates(const Joint& joint) {
+void WorldState::forget_steps(const Joint& joint) {
     for (const int body : {joint.a, joint.b})
         if (body >= 0) at(body).before.reset();
 }

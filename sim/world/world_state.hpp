@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <span>
@@ -32,6 +33,7 @@ struct SteppedBody {
     BodyState state;
     std::optional<PastStep> before{};  // none: not known
     StepStart start{};                 // (x*, v*) of the step, see TimeStep
+    double velocity_factor = 1;        // c, likewise
     Nodes inner_forces{};              // in `state`, with those of joints, [N, 3] N; empty: not known
     Nodes holding{};                   // [held, 3] impulses on held nodes in the part, N s
     double contact_young = 0;          // of the layer that its surface lies in, Pa
@@ -63,6 +65,28 @@ struct SteppedBody {
     bool could_take(const std::vector<Nodes>& places) const;
 };
 
+/// Bodies that are connected, directly or by others.
+class BodyGroups {
+ public:
+    explicit BodyGroups(std::size_t bodies) {
+        for (std::size_t b = 0; b < bodies; ++b) next_.push_back(static_cast<int>(b));
+    }
+    /// a, b: below 0, no body.
+    void connect(int a, int b) {
+        if (a < 0 || b < 0) return;
+        const int of_a = group_of(a), of_b = group_of(b);
+        next_[std::max(of_a, of_b)] = std::min(of_a, of_b);
+    }
+    /// The first body of the group.
+    int group_of(int body) const {
+        while (next_[body] != body) body = next_[body];
+        return body;
+    }
+
+ private:
+    std::vector<int> next_;  // of the same group, with a smaller number, or itself
+};
+
 /// What a world holds: bodies, what meets, joins and moves them, and when it is.
 struct WorldState {
     WorldConfig config{};
@@ -74,9 +98,9 @@ struct WorldState {
     std::vector<char> broken{};  // [joints]
     std::vector<Tendon> tendons{};
     double time = 0;       // seconds; in statics the share of the load that has come
-    double dt_before = 0;  // length of the part of a step that led here; 0: no guide to the next
+    double dt_before = 0;  // length of the part of a step that led here; 0: none
     // Of the part of a step that is taken.
-    TimeStep step = 0.0;
+    double dt = 0;                                             // its length, seconds
     Eigen::Vector3d gravity_before = Eigen::Vector3d::Zero();  // as SteppedBody::outer_before
     bool knows_last = false;                                   // whether rates of the part before it count
 
@@ -84,8 +108,10 @@ struct WorldState {
     SteppedBody& at(int body) { return bodies.at(body); }
     const SteppedBody& at(int body) const { return bodies.at(body); }
     /// When the part ends.
-    double end() const noexcept { return time + step.dt; }
+    double end() const noexcept { return time + dt; }
 
+    TimeStep step_of(const SteppedBody& body) const noexcept { return {dt, body.velocity_factor}; }
+    std::vector<TimeStep> steps() const;  // [bodies]
     /// A body's rows of the unknowns of all bodies, [N, 3].
     Nodes part_of(int body, const Eigen::VectorXd& stacked) const;
     std::vector<Nodes> nodes_now() const;
@@ -108,7 +134,7 @@ struct WorldState {
     PrescribedNodes prescribed(const SteppedBody& body, double dt) const;
     bool is_joined(int body) const;
     /// Lets the next step know nothing of the rates before it: the forces of a joint begin or end.
-    void forget_rates(const Joint& joint);
+    void forget_steps(const Joint& joint);
     /// The tendon that a joint is a part of; -1: none.
     int tendon_of(int joint) const;
 };

@@ -17,12 +17,16 @@
 namespace nbd {
 namespace {
 
-/// Smaller parts tell the motion of a body that turns more.
-Rejection turned_too_far(const WorldState& world, const LargestTurn& turn, double most) {
-    if (!(turn.angle > most)) return {};
-    return {.reason = fmt::format("{} turns by {:.2g} rad in a step, more than {}", world.at(turn.body).name,
-                                  turn.angle, most),
-            .trouble = StepTrouble::newton};
+/// Smaller parts tell the motion of a body that turns more. turns: [bodies], radians.
+Rejection turned_too_far(const WorldState& world, std::span<const double> turns, double most_rigid) {
+    for (int b = 0; b < world.body_count(); ++b) {
+        const double most = world.at(b).elastic->is_rigid() ? most_rigid : most_deformable_turn;
+        if (turns[b] > most)
+            return {.reason = fmt::format("{} turns by {:.2g} rad in a step, more than {}", world.at(b).name,
+                                          turns[b], most),
+                    .trouble = StepTrouble::newton};
+    }
+    return {};
 }
 
 }  // namespace
@@ -167,15 +171,14 @@ void World::take_back(const PartStart& start) {
 /// Advances by one part.
 Rejection World::try_part(const StepPart& part, WorldReport& report) {
     take_nodes();
-    const LargestTurns turns = largest_turns(state_, part.dt);
-    Rejection rejection = turned_too_far(state_, turns.rigid, most_rigid_turn);
-    if (!rejection) rejection = turned_too_far(state_, turns.deformable, most_deformable_turn);
+    const std::vector<double> turns = turns_in(state_, part.dt);
+    Rejection rejection = turned_too_far(state_, turns, most_rigid_turn);
     if (rejection && !part.finest) return rejection;
     choose_steps(state_, joint_forces_, turns, part.dt);
     tendon_solve_.begin(state_.tendons.size());
     if (Rejection passes = pass_of_ball(state_, part.dt)) rejection = std::move(passes);
     if (rejection && !part.finest) return rejection;
-    bool is_guide = true;  // to the next part
+    std::vector<char> caught;  // [bodies]
     try {
         Eigen::VectorXd v;
         barrier().be_exact(false);
@@ -183,13 +186,16 @@ Rejection World::try_part(const StepPart& part, WorldReport& report) {
         const Rejection unsolved = solve.run(v, report);
         if (unsolved) rejection = unsolved;
         if (!rejection && !state_.config.statics)
-            rejection = turned_too_far(state_, largest_rigid_turn(state_, v), 2 * most_rigid_turn);
+            rejection = turned_too_far(state_, rigid_turns(state_, v), 2 * most_rigid_turn);
         if (rejection && (!part.finest || rejection.fatal)) return rejection;
-        is_guide = !solve.was_caught();
+        caught.assign(solve.caught().begin(), solve.caught().end());
         // Impulses that do not balance the motion tell nothing of its momentum.
         const bool is_solved = !unsolved && report.contacts_settled;
+        const bool is_short = solve.fell_short_of().size() > 0;
+        const std::vector<Nodes> before = is_short ? state_.nodes_now() : std::vector<Nodes>{};
         if (std::string failure = move(part, v, is_solved, report); !failure.empty())
             return {.reason = failure, .fatal = true};
+        if (is_short) end_short(solve.fell_short_of(), before);
         friction_memory_.remember(equations_.solver.rubbed(v));
         if (is_solved) joint_forces_.break_joints(state_, equations_, v);  // else impulses are noise
         if (const std::string fault = joint_fault(state_, equations_.bonds, v);
@@ -201,7 +207,12 @@ Rejection World::try_part(const StepPart& part, WorldReport& report) {
         return {.reason = error.what(), .fatal = true};
     }
     state_.time = part.end;
-    state_.dt_before = is_guide ? part.dt : 0;
+    state_.dt_before = part.dt;
+    if (std::ranges::find(caught, 1) != caught.end()) {
+        for (std::size_t b = 0; b < caught.size(); ++b)
+            if (caught[b]) forget_rates(state_.bodies[b]);
+        joint_forces_.forget(state_, caught);
+    }
     return rejection;
 }
 

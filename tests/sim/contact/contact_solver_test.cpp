@@ -99,7 +99,8 @@ class Cubes : public testing::Test {
         Eigen::VectorXd v = Eigen::VectorXd::Zero(2 * unknowns);
         for (int i = unknowns; i < 2 * unknowns; i += 3) v[i] = slip;
         ContactSolver solver({});
-        solver.begin(contacts_, {}, shapes, first_unknown_, 1e-4, dt, v, false);
+        const std::vector<TimeStep> steps(shapes.size(), dt);
+        solver.begin(contacts_, {}, shapes, first_unknown_, 1e-4, steps, v, false);
         return solver.response(v, impulses, inertia_, at_);
     }
 

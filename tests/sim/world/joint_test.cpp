@@ -92,6 +92,36 @@ INSTANTIATE_TEST_SUITE_P(Range, Pendulum,
                          ::testing::Values(std::tuple(0.2, 2e-3), std::tuple(0.01, 1e-3),
                                            std::tuple(10.0, 2e-2), std::tuple(0.2, 1e-4)));
 
+/// A body swings on a spring about a hinge near and far from it.
+TEST(Joint, AHingesSpringTurnsABodyFarFromIt) {
+    for (const double arm : {0.3, 1.0, 3.0, 10.0}) {
+        const Model box = rigid_bar({0.2, 0.2, 0.2});
+        World world({.gravity = Eigen::Vector3d::Zero()});
+        WorldBody body = box.at({arm, 0, 0});
+        constexpr double rate = 10;  // rad/s
+        spin(body, {0, 0, 0}, {0, 0.05 * rate, 0});
+        const double inertia = box.elastic->mass() * (arm * arm + 2 * 0.04 / 12);
+        world.add_body(std::move(body));
+        world.add_joint({.kind = HingeJoint{.point = {0, 0, 0},
+                                            .axis = Eigen::Vector3d::UnitY(),
+                                            .angle = {.stiffness = inertia * rate * rate}}});
+        constexpr double dt = 2e-3;
+        int crossings = 0;
+        double before = 0, last = 0;
+        while (world.time() < 3.2 * 2 * pi / rate) {
+            ASSERT_TRUE(test::is_balanced(world.step(dt)));
+            const double angle = world.joint_value(0);
+            if (before * angle < 0) {
+                ++crossings;
+                last = world.time() - dt * angle / (angle - before);
+            }
+            before = angle;
+        }
+        ASSERT_EQ(crossings, 6);
+        EXPECT_NEAR(last, 6 * pi / rate, 0.005 * 6 * pi / rate) << arm;
+    }
+}
+
 /// A fast top on its tip precesses by m g r / (I3 spin).
 TEST(Joint, ATopPrecesses) {
     const Model disc = rigid_bar({0.1, 0.1, 0.02}, 2000);

@@ -269,6 +269,66 @@ TEST(RigidBody, GainsNoEnergyWhereItTipsOver) {
                 }
 }
 
+/// A torque spins a body up, however far it turns in a step.
+TEST(RigidBody, SpinsUpUnderATorque) {
+    for (const auto& [integrator, dt] : {std::pair(TimeIntegrator::backward_euler, 5e-3),
+                                         {TimeIntegrator::backward_euler, 2e-2},
+                                         {TimeIntegrator::second_order, 5e-3},
+                                         {TimeIntegrator::second_order, 2e-2}}) {
+        const Model box = rigid_box({0.3, 0.2, 0.1});
+        World world({.gravity = Eigen::Vector3d::Zero(), .step = {.integrator = integrator}});
+        world.add_body(box.at({0, 0, 0}));
+        constexpr double rate = 20;  // rad/s2
+        const Eigen::Matrix3d inertia =
+            rigid_inertia(world.elastic(0), world.state(0).x).bottomRightCorner<3, 3>();
+        for (double time = 0; time < 1 - dt / 2; time += dt) {
+            const Nodes& x = world.state(0).x;  // forces whose sum is 0 and whose torque is about z
+            const Eigen::Vector3d middle = centre(world, 0), torque(0, 0, inertia(2, 2) * rate);
+            Eigen::Matrix3d arms = Eigen::Matrix3d::Zero();
+            const Nodes away = x.rowwise() - x.colwise().mean();
+            for (Eigen::Index i = 0; i < x.rows(); ++i) {
+                const Eigen::Vector3d r = away.row(i);
+                arms += r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose();
+            }
+            const Eigen::Vector3d turn = arms.ldlt().solve(torque);
+            for (Eigen::Index i = 0; i < x.rows(); ++i)
+                world.forces(0).row(i) = turn.cross(Eigen::Vector3d(away.row(i))).transpose();
+            ASSERT_TRUE(world.step(dt).failure.empty());
+            ASSERT_LT(middle.norm(), 1e-6);
+        }
+        EXPECT_NEAR(angular_velocity(world.elastic(0), world.state(0)).z(), rate, 0.03 * rate) << dt;
+    }
+}
+
+/// Boxes that hit each other off their centres keep their momenta, in steps from short to long for their
+/// turns.
+TEST(RigidBody, KeepsMomentaInCollisions) {
+    const Model box = rigid_box({0.3, 0.2, 0.1});
+    for (const TimeIntegrator integrator : {TimeIntegrator::backward_euler, TimeIntegrator::second_order})
+        for (const double dt : {5e-3, 2e-2}) {
+            World world({.gravity = Eigen::Vector3d::Zero(),
+                         .contact = {.friction = 0},
+                         .step = {.integrator = integrator}});
+            world.add_body(box.at({-0.35, 0.12, 0.02}, Eigen::Matrix3d::Identity(), {2, 0, 0}));
+            world.add_body(box.at({0, 0, 0}));
+            const auto whole = [&] {
+                Momentum sum;
+                for (int b = 0; b < 2; ++b) {
+                    const Momentum one = momentum_of(world.elastic(b), world.state(b));
+                    sum.linear += one.linear;
+                    sum.angular += one.angular + centre(world, b).cross(one.linear);
+                }
+                return sum;
+            };
+            const Momentum begin = whole();
+            for (int s = 0; s * dt < 0.5; ++s) ASSERT_EQ(world.step(dt).failure, "");
+            EXPECT_GT(momentum_of(world.elastic(1), world.state(1)).linear.x(), 0.2 * begin.linear.x());
+            EXPECT_LT((whole().linear - begin.linear).norm(), 1e-9 * begin.linear.norm());
+            EXPECT_LT((whole().angular - begin.angular).norm(), 1e-3 * begin.angular.norm())
+                << dt << ' ' << (integrator == TimeIntegrator::second_order);
+        }
+}
+
 TEST(RigidBody, TipsWhereItsEdgeHoldsIt) {
     constexpr double angle = 0.35;                   // tan = 0.365
     for (const double slenderness : {0.33, 0.40}) {  // half width over half height: tips below tan(angle)

@@ -68,6 +68,33 @@ TEST(Winch, LiftsABlockByTheLengthThatItTakesIn) {
         }
 }
 
+/// Blocks that hang below each other on tendons stay at rest, the lower ones lighter or heavier.
+TEST(Winch, TendonsInSeriesHoldWhatHangsOnThem) {
+    for (const double dt : {5e-3, 2e-2})
+        for (const double ratio : {0.01, 1.0, 10.0, 100.0}) {
+            const Model upper = rigid_block({0.2, 0.2, 0.2}),
+                        lower = rigid_block(0.2 * std::cbrt(ratio) * Vector3d::Ones());
+            World world(WorldConfig{});
+            Vector3d hook(0, 0, 0);
+            double weights = 0;
+            for (int k = 0; k < 2; ++k) {
+                const Vector3d at(0, 0, -1.0 - 3 * k);
+                const int body = world.add_body((k == 0 ? upper : lower).at(at));
+                const int rope = world.add_joint(
+                    {.a = body, .b = body - 1, .kind = pulled(at, hook, constant(0)), .bodies_meet = true});
+                world.add_tendon({.parts = {rope}, .winch = constant((at - hook).norm())});
+                hook = at;
+                weights += 9.81 * world.elastic(body).mass();
+            }
+            for (int s = 0; s < 400; ++s) {
+                const WorldReport report = world.step(dt);
+                ASSERT_EQ(report.trouble, StepTrouble::none) << report.trouble_reason;
+                ASSERT_LT(report.kinetic_energy, 1e-4 * weights) << ratio << ' ' << dt << ' ' << s;
+            }
+            EXPECT_LT(world.state(1).v.norm(), 1e-2);
+        }
+}
+
 /// A rope that does not stretch, or a tendon, takes up what it catches without a rebound: at the speed of its
 /// winch from rest, and a block that falls into it stops.
 TEST(Winch, TakesUpWhatItCatchesWithoutARebound) {

@@ -1,0 +1,135 @@
+// Bodies that take different rules in one step: what spins fast, or is caught, by backward Euler, the others
+// by the rule of second order.
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <functional>
+#include <tuple>
+
+#include "tests/sim/support/momentum.hpp"
+#include "tests/sim/world/box_model.hpp"
+#include "tests/sim/world/cords.hpp"
+
+namespace nbd {
+namespace {
+
+using test::Model;
+
+constexpr Material undamped_rubber{
+    .young = 1e5, .poisson = 0.3, .density = 1000, .rayleigh_mass = 0, .rayleigh_stiffness = 0};
+
+WorldBody body_that_spins(const Model& model, const Eigen::Vector3d& at, const Eigen::Vector3d& spin) {
+    WorldBody body = model.at(at);
+    for (Eigen::Index i = 0; i < body.state.x.rows(); ++i)
+        body.state.v.row(i) += spin.cross(body.state.x.row(i).transpose() - at).transpose();
+    return body;
+}
+
+/// Of all bodies, about the origin.
+Eigen::Vector3d whole_angular_momentum(const World& world) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (int b = 0; b < world.body_count(); ++b) {
+        const Momentum momentum = momentum_of(world.elastic(b), world.state(b));
+        sum += momentum.angular + test::centre_of_mass(world, b).cross(momentum.linear);
+    }
+    return sum;
+}
+
+double kinetic_energy_of(const World& world) {
+    double sum = 0;
+    for (int b = 0; b < world.body_count(); ++b) sum += kinetic_energy(world.elastic(b), world.state(b).v);
+    return sum;
+}
+
+/// The nodes of a block that rings, after two hundred steps beside what `add` adds.
+Nodes ringing(double size, double dt, const std::function<void(World&)>& add) {
+    const Model block({size, size, size}, {2, 2, 2}, undamped_rubber);
+    World world(test::without_gravity());
+    WorldBody body = block.at({0, 0, 0});
+    body.state.x.col(2) *= 1.05;
+    world.add_body(std::move(body));
+    add(world);
+    for (int s = 0; s < 200; ++s) EXPECT_EQ(world.step(dt).failure, "");
+    return world.state(0).x;
+}
+
+class Bystander : public ::testing::TestWithParam<std::tuple<double, double>> {};
+
+/// What happens ten sizes away leaves a body alone.
+TEST_P(Bystander, RingsAsIfAlone) {
+    const auto [size, dt] = GetParam();
+    const Nodes alone = ringing(size, dt, [](World&) {});
+    const Model rigid = test::rigid_block({size, size / 5, size / 5}),
+                soft({size, size, size}, {2, 2, 2}, undamped_rubber);
+    const Eigen::Vector3d away(0, 10 * size, 0);
+    const Nodes beside_spinner = ringing(size, dt, [&](World& world) {
+        world.add_body(body_that_spins(rigid, away, {0, 0.01 / dt, 0.45 / dt}));
+    });
+    EXPECT_LT((beside_spinner - alone).norm(), 5e-4 * size);
+    const Nodes beside_caught = ringing(size, dt, [&](World& world) {  // to and fro between two ropes
+        const int caught =
+            world.add_body(rigid.at(away, Eigen::Matrix3d::Identity(), {size / (5 * dt), 0, 0}));
+        for (const double side : {-1.0, 1.0})
+            world.add_joint({.a = caught,
+                             .kind = CordJoint{.from = away,
+                                               .to = away + Eigen::Vector3d(side * 2 * size, 0, 0),
+                                               .length = 2.5 * size,
+                                               .pulls_only = true}});
+    });
+    EXPECT_LT((beside_caught - alone).norm(), 5e-4 * size);
+}
+
+INSTANTIATE_TEST_SUITE_P(SizesAndSteps, Bystander,
+                         ::testing::Values(std::tuple(0.1, 5e-3), std::tuple(0.01, 2e-4),
+                                           std::tuple(10.0, 2e-2)));
+
+class HitBySpinner : public ::testing::TestWithParam<std::tuple<double, double, bool>> {};
+
+/// A bar that spins too fast for the rule of second order hits a body that takes it.
+TEST_P(HitBySpinner, KeepsMomentumAndMakesNoEnergy) {
+    const auto [size, dt, is_soft] = GetParam();
+    const Model bar = test::rigid_block({size, size / 5, size / 5});
+    const Model block = is_soft ? Model({size, size, size}, {2, 2, 2}, undamped_rubber)
+                                : test::rigid_block({size, size, size});
+    World world(test::without_gravity());
+    WorldBody thrown = body_that_spins(bar, {0, -1.2 * size, 0.1 * size}, {0, 0, 0.4 / dt});
+    thrown.state.v.col(1).array() += 0.02 * size / dt;
+    world.add_body(std::move(thrown));
+    world.add_body(block.at({0, 0, 0}));
+    const Eigen::Vector3d linear = test::linear_momentum(world), angular = whole_angular_momentum(world);
+    const double begin = kinetic_energy_of(world);
+    for (int s = 0; s < 100; ++s) {
+        ASSERT_EQ(world.step(dt).failure, "");
+        ASSERT_LT(kinetic_energy_of(world), 1.05 * begin) << s;
+    }
+    EXPECT_GT(test::linear_momentum(world, 1).norm(), 0.1 * linear.norm());  // it was hit
+    EXPECT_LT((test::linear_momentum(world) - linear).norm(), 1e-9 * linear.norm());
+    EXPECT_LT((whole_angular_momentum(world) - angular).norm(), (is_soft ? 0.1 : 0.05) * angular.norm());
+}
+
+INSTANTIATE_TEST_SUITE_P(SizesAndSteps, HitBySpinner,
+                         ::testing::Values(std::tuple(0.1, 5e-3, true), std::tuple(0.1, 5e-3, false),
+                                           std::tuple(0.01, 5e-4, true), std::tuple(10.0, 2e-2, false)));
+
+/// Where something is in the way of one body and a step ends short of its solution, others keep their
+/// velocity.
+TEST(MixedRules, AStepThatEndsShortLeavesFreeBodiesTheirVelocity) {
+    for (const double speed : {100.0, 200.0, 400.0}) {
+        Material soft = undamped_rubber;
+        soft.young = 2e4;
+        const Model block({0.2, 0.2, 0.2}, {3, 3, 3}, soft), rigid = test::rigid_block({0.2, 0.2, 0.2});
+        WorldConfig config = test::without_gravity();
+        config.step.max_substeps = 1;
+        World world(config);
+        world.add_body(rigid.at({100, 0, 5}, Eigen::Matrix3d::Identity(), {1, 0, 0}));
+        world.add_body(block.at({0, 0, 1}, Eigen::Matrix3d::Identity(), {0, 0, -speed}));
+        world.add_obstacle(test::floor_at(0));
+        for (int s = 0; s < 10; ++s) {
+            if (!world.step(5e-3).failure.empty()) break;
+            ASSERT_LT((world.state(0).v.rowwise() - Eigen::RowVector3d(1, 0, 0)).norm(), 1e-6) << speed;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace nbd
