@@ -69,7 +69,9 @@ struct Joint {
     std::string name{};
     int a = 0, b = -1;  // bodies; -1: the world
     std::variant<BallJoint, HingeJoint, SliderJoint, WeldJoint, CordJoint> kind{};
-    double width = 0;  // metres, of what holds a hinge or slider against turning; 0: a tenth of a body
+    // Metres, of what holds a hinge or slider against turning; 0: a tenth of the smaller body, or half the
+    // way from a hinge to rigid bodies.
+    double width = 0;
     double strength = std::numeric_limits<double>::infinity();  // force at which it breaks for good, newtons
     // Whether the two touch, also once it is broken; ropes and springs do not keep them from it.
     bool bodies_meet = false;
