@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <fstream>
@@ -115,20 +116,31 @@ TriMesh remeshed(const std::filesystem::path& path, const TriMesh& surface, doub
     return coarse.mesh;
 }
 
-/// The vertices of a surface, and points of its faces no farther apart than told.
+/// The vertices of a surface, and points of its faces no farther apart than told, or than a million of them
+/// are.
 Nodes points_on(const TriMesh& surface, double spacing) {
+    constexpr double most = 1e6;
+    spacing = std::max(spacing, std::sqrt(2 * area(surface.X, surface.F) / most));
     std::vector<Eigen::RowVector3d> points;
     for (Eigen::Index v = 0; v < surface.X.rows(); ++v) points.emplace_back(surface.X.row(v));
     for (Eigen::Index f = 0; f < surface.F.rows(); ++f) {
-        const Eigen::RowVector3d a = surface.X.row(surface.F(f, 0)), b = surface.X.row(surface.F(f, 1)),
-                                 c = surface.X.row(surface.F(f, 2));
-        const double longest = std::max({(a - b).norm(), (b - c).norm(), (c - a).norm()});
-        const int parts = static_cast<int>(std::ceil(longest / spacing));
-        for (int i = 0; i <= parts; ++i)
-            for (int j = 0; i + j <= parts; ++j) {
-                if (i == parts || j == parts || i + j == 0) continue;  // its corners
-                points.emplace_back(a + (i * (b - a) + j * (c - a)) / parts);
-            }
+        std::array<Eigen::RowVector3d, 3> corners;
+        for (int k = 0; k < 3; ++k) corners[k] = surface.X.row(surface.F(f, k));
+        // Rows along the longest edge, from a to b, up to c.
+        int first = 0;
+        const auto edge = [&](int k) { return corners[(k + 1) % 3] - corners[k]; };
+        for (int k = 1; k < 3; ++k)
+            if (edge(k).norm() > edge(first).norm()) first = k;
+        const Eigen::RowVector3d a = corners[first], along = edge(first), up = corners[(first + 2) % 3] - a;
+        const double longest = along.norm(), height = longest > 0 ? along.cross(up).norm() / longest : 0;
+        const int rows = 1 + static_cast<int>(height / spacing);
+        for (int j = 0; j < rows; ++j) {
+            const double share = static_cast<double>(j) / rows;
+            const int parts = 1 + static_cast<int>((1 - share) * longest / spacing);
+            for (int i = 0; i <= parts; ++i)
+                if (j > 0 || (i > 0 && i < parts))
+                    points.emplace_back(a + share * up + (1 - share) * i / parts * along);
+        }
     }
     Nodes result(std::ssize(points), 3);
     for (std::size_t p = 0; p < points.size(); ++p) result.row(p) = points[p];

@@ -14,7 +14,7 @@ void enclose(TetMesh& tets, NodesRef points) {
     double volumes = 0;
     for (Eigen::Index t = 0; t < tets.T.rows(); ++t) volumes += volume(tets, t);
     const double margin = 1e-6 * std::cbrt(volumes / static_cast<double>(tets.T.rows()));  // metres
-    for (int round = 0; round < rounds; ++round) {
+    for (int round = 0; round <= rounds; ++round) {
         const Embedding W = embed(tets, points);
         Nodes ways = Nodes::Zero(tets.X.rows(), 3);
         bool are_inside = true;
@@ -38,12 +38,12 @@ void enclose(TetMesh& tets, NodesRef points) {
                     ways.row(entry.col()) = way;
         }
         if (are_inside) return;
+        if (round == rounds) throw std::invalid_argument("tetrahedra do not come to hold the whole surface");
         tets.X += ways;
         for (Eigen::Index t = 0; t < tets.T.rows(); ++t)
             if (!(volume(tets, t) > 0))
                 throw std::invalid_argument("tetrahedra that hold the whole surface would be inside out");
     }
-    throw std::invalid_argument("tetrahedra do not come to hold the whole surface");
 }
 
 }  // namespace nbd

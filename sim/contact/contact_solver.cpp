@@ -80,7 +80,7 @@ std::vector<char> ContactSolver::pressed_bodies() const {
     std::vector<char> pressed(shapes_.size(), 0);
     for (std::size_t c = 0; c < contacts_.size(); ++c)
         for (const int body : terms_.bodies(c))
-            if (presses(c) && body >= 0) pressed[body] = 1;
+            if (presses(c) && body >= 0 && terms_.bodies(c)[0] != terms_.bodies(c)[1]) pressed[body] = 1;
     return pressed;
 }
 

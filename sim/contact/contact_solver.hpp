@@ -135,7 +135,7 @@ class ContactSolver {
     std::vector<PairImpulse> pair_impulses(const Eigen::VectorXd& v, std::span<const Eigen::Vector3d> of_each,
                                            const BodyPositions& at) const;
 
-    /// The bodies of contacts that press: [bodies].
+    /// The bodies that something else presses on: [bodies].
     std::vector<char> pressed_bodies() const;
 
     /// The contacts that press, at velocities v at the end of the step. They refer to those of begin().

@@ -10,11 +10,10 @@
 namespace nbd {
 namespace {
 
-/// Of a rigid body that of its motion as a whole: straight ways strain it.
-double kinetic(const ElasticBody& elastic, const BodyState& state, const Momentum& momentum,
-               const Eigen::Vector3d& spin) {
-    if (!elastic.is_rigid()) return kinetic_energy(elastic, state.v);
-    return momentum.linear.squaredNorm() / (2 * elastic.mass()) + momentum.angular.dot(spin) / 2;
+/// Kinetic and elastic; of a rigid body that of its motion as a whole: straight ways strain it.
+double energy_of(const SteppedBody& body, const Momentum& momentum, const Eigen::Vector3d& spin) {
+    if (!body.elastic->is_rigid()) return kinetic_energy(*body.elastic, body.state.v) + body.energy;
+    return momentum.linear.squaredNorm() / (2 * body.elastic->mass()) + momentum.angular.dot(spin) / 2;
 }
 
 /// Seen from something with the velocity u.
@@ -22,23 +21,34 @@ double seen_from(const Eigen::Vector3d& u, double energy, const Momentum& moment
     return energy - momentum.linear.dot(u) + mass / 2 * u.squaredNorm();
 }
 
-/// Whether a motion that a jointed body is to get has no more energy than it and a fall in the step explain.
-bool is_explained(const WorldState& world, const RigidVector& motion, int index) {
+/// Whether a motion that a jointed body is to get has no more energy than it and a fall in the step explain,
+/// seen from something with the velocity u.
+bool is_explained(const WorldState& world, const RigidVector& motion, int index, const Eigen::Vector3d& u) {
     constexpr double share = 2;
     const SteppedBody& body = world.at(index);
     const double energy = motion.dot(rigid_inertia(*body.elastic, body.state.x) * motion) / 2,
                  fall = body.elastic->mass() * (world.gravity_before * world.dt).squaredNorm();
-    return energy <= share * (kinetic_energy(*body.elastic, body.state.v) +
-                              kinetic_energy(*body.elastic, body.before->v) + fall);
+    const auto seen = [&](const Nodes& v) {
+        return kinetic_energy(*body.elastic, v.rowwise() - u.transpose());
+    };
+    return energy <= share * (seen(body.state.v) + seen(body.before->v) + fall);
+}
+
+/// The velocity of the place where a body is touched, as of one that does not deform.
+Eigen::Vector3d velocity_at(const SteppedBody& body, const Eigen::Vector3d& place) {
+    const Momentum momentum = momentum_of(*body.elastic, body.state);
+    const Eigen::Vector3d arm = place - centre_of_mass(*body.elastic, body.state.x);
+    return momentum.linear / body.elastic->mass() + angular_velocity(*body.elastic, body.state).cross(arm);
 }
 
 }  // namespace
 
-/// Bodies that touch or are joined.
+/// Bodies that touch or are joined. What holds a body lets it have nothing, so that it connects none.
 struct EnergyBudget::Group {
     std::vector<int> bodies{};
-    bool is_explained = true;     // what its jointed bodies are to get
-    bool has_free_rigid = false;  // without joints, and nothing holds it
+    std::vector<PairImpulse> driven{};  // of free bodies and of those that joints or something else drive
+    bool has_free_rigid = false;        // without joints, and nothing holds it
+    bool is_anchored = false;           // by a joint to the world
 };
 
 EnergyBudget::EnergyBudget(const WorldState& world, const StepEquations& equations,
@@ -52,9 +62,7 @@ EnergyBudget::EnergyBudget(const WorldState& world, const StepEquations& equatio
         start.mean_velocity =
             way.transpose() * body.elastic->node_masses() / (world.dt * body.elastic->mass());
         start.spin = angular_velocity(*body.elastic, body.state);
-        start.energy =
-            kinetic(*body.elastic, body.state, start.momentum, angular_velocity(*body.elastic, body.state)) +
-            body.energy;
+        start.energy = energy_of(body, start.momentum, start.spin);
     };
     parallel_for(world.body_count(), measure, 1);
     ContactTerms terms;
@@ -78,28 +86,18 @@ EnergyBudget::EnergyBudget(const WorldState& world, const StepEquations& equatio
 double EnergyBudget::share(const WorldState& world, const Group& group,
                            std::span<const RigidVector> gains) const {
     const auto counts = [&](int b) { return !world.is_joined(b) && !world.is_held(world.at(b)); };
-    double pressed = 0, mass = 0, driven_mass = 0;
-    Eigen::Vector3d walls = Eigen::Vector3d::Zero(), linear = walls, driven = walls;
+    double pressed = 0, mass = 0;
+    Eigen::Vector3d walls = Eigen::Vector3d::Zero(), linear = walls;
     bool is_second_order = true;
     for (const int b : group.bodies) {
-        const Start& start = start_[b];
-        const double of_body = world.at(b).elastic->mass();
-        pressed += start.pressed;
-        walls += start.walls;
-        if (counts(b)) {
-            mass += of_body;
-            linear += start.momentum.linear;
-            is_second_order = is_second_order && world.at(b).velocity_factor > 1;
-        } else {
-            driven_mass += of_body;
-            driven += momentum_of(*world.at(b).elastic, world.at(b).state).linear;
-        }
+        if (!counts(b)) continue;
+        pressed += start_[b].pressed;
+        walls += start_[b].walls;
+        mass += world.at(b).elastic->mass();
+        linear += start_[b].momentum.linear;
+        is_second_order = is_second_order && world.at(b).velocity_factor > 1;
     }
-    Eigen::Vector3d u = linear / mass;
-    if (pressed > 0)
-        u = walls / pressed;
-    else if (driven_mass > 0)
-        u = driven / driven_mass;
+    const Eigen::Vector3d u = pressed > 0 ? Eigen::Vector3d(walls / pressed) : Eigen::Vector3d(linear / mass);
     double begun = 0, work = 0, solved = 0, slope = 0, square = 0;  // joules
     for (const int b : group.bodies) {
         if (!counts(b)) continue;
@@ -111,13 +109,18 @@ double EnergyBudget::share(const WorldState& world, const Group& group,
         const Eigen::Vector3d spin = angular_velocity(elastic, body.state);
         const double of_body = elastic.mass();
         begun += seen_from(u, start.energy, start.momentum, of_body);
-        solved += seen_from(u, kinetic(elastic, body.state, momentum, spin) + body.energy, momentum, of_body);
+        solved += seen_from(u, energy_of(body, momentum, spin), momentum, of_body);
         RigidVector relative;
         relative << momentum.linear - of_body * u, momentum.angular;
         slope += gains[b].dot(relative);
         square += gains[b].dot(inertia * gains[b]) / 2;
         work += start.loads.linear.dot(start.mean_velocity - u) +
                 start.loads.angular.dot(start.spin + spin + gains[b].tail<3>()) / 2;
+    }
+    for (const PairImpulse& pair : group.driven) {  // what drives bodies works on them
+        const bool is_first = counts(pair.body);
+        const Eigen::Vector3d on_free = is_first ? pair.linear : Eigen::Vector3d(-pair.linear);
+        work += on_free.dot(velocity_at(world.at(is_first ? pair.other : pair.body), pair.place.mean()) - u);
     }
     // Steps of second order have their energy in their rates, too.
     const double tolerance = is_second_order ? 0.1 : 1e-3;
@@ -129,23 +132,42 @@ double EnergyBudget::share(const WorldState& world, const Group& group,
 
 std::vector<double> EnergyBudget::shares(const WorldState& world, std::span<const RigidVector> gains,
                                          std::span<const PairImpulse> touching) const {
+    const auto is_held = [&](int b) { return b >= 0 && world.is_held(world.at(b)); };
+    const auto is_free = [&](int b) { return !is_held(b) && !world.is_joined(b); };
     BodyGroups connected(world.bodies.size());
+    const auto connect = [&](int a, int b) {
+        if (!is_held(a) && !is_held(b)) connected.connect(a, b);
+    };
     for (std::size_t j = 0; j < world.joints.size(); ++j)
-        if (!world.broken[j]) connected.connect(world.joints[j].joint().a, world.joints[j].joint().b);
-    for (const PairImpulse& pair : touching) connected.connect(pair.body, pair.other);
+        if (!world.broken[j]) connect(world.joints[j].joint().a, world.joints[j].joint().b);
+    for (const PairImpulse& pair : touching) connect(pair.body, pair.other);
     std::map<int, Group> groups;
     for (int b = 0; b < world.body_count(); ++b) {
         Group& group = groups[connected.group_of(b)];
         group.bodies.push_back(b);
-        const bool is_joined = world.is_joined(b);
-        if (is_joined) group.is_explained = group.is_explained && is_explained(world, gains[b], b);
-        group.has_free_rigid = group.has_free_rigid ||
-                               (world.at(b).elastic->is_rigid() && !is_joined && !world.is_held(world.at(b)));
+        group.has_free_rigid = group.has_free_rigid || (world.at(b).elastic->is_rigid() && is_free(b));
     }
+    for (std::size_t j = 0; j < world.joints.size(); ++j)
+        if (const Joint& joint = world.joints[j].joint(); !world.broken[j])
+            for (const int body : {joint.a, joint.b})
+                if (body >= 0 && (joint.b < 0 || is_held(joint.a) || is_held(joint.b)))
+                    groups[connected.group_of(body)].is_anchored = true;
+    for (const PairImpulse& pair : touching)
+        if (pair.other >= 0 && is_free(pair.body) != is_free(pair.other))
+            groups[connected.group_of(is_free(pair.body) ? pair.body : pair.other)].driven.push_back(pair);
     std::vector<double> shares(world.bodies.size(), 1);
     for (const auto& [first, group] : groups) {
-        double share = group.is_explained ? 1 : 0;
-        if (share > 0 && group.has_free_rigid) share = this->share(world, group, gains);
+        double mass = 0;
+        Eigen::Vector3d u = Eigen::Vector3d::Zero();
+        for (const int b : group.bodies) {
+            mass += world.at(b).elastic->mass();
+            u += start_[b].momentum.linear;
+        }
+        u = group.is_anchored ? Eigen::Vector3d::Zero() : Eigen::Vector3d(u / mass);
+        const bool explained = std::ranges::all_of(
+            group.bodies, [&](int b) { return !world.is_joined(b) || is_explained(world, gains[b], b, u); });
+        double share = explained ? 1 : 0;
+        if (explained && group.has_free_rigid) share = this->share(world, group, gains);
         for (const int b : group.bodies) shares[b] = share;
     }
     return shares;

@@ -25,10 +25,10 @@ class EnergyBudget {
 
     /// Shares of the gains that bodies may have, [0, 1] [bodies], after they have advanced. A group with free
     /// rigid bodies may have what leaves its energy no higher than the solve did, or than it was at the start
-    /// with the work of loads, seen from the obstacle, the held or joined body that it touches, or else from
-    /// its centre of mass. A jointed body may have what it and a fall explain: where a motor or light links
-    /// hold it, the impulses of joints are large, and what they leave is noise. gains: rigid motions, m/s and
-    /// rad/s, [bodies]. touching: pairs that press.
+    /// with the work of loads and of held and jointed bodies that press, seen from the obstacle that it
+    /// touches, or else from its centre of mass. A jointed body may have what it and a fall explain: where a
+    /// motor or light links hold it, the impulses of joints are large, and what they leave is noise. gains:
+    /// rigid motions, m/s and rad/s, [bodies]. touching: pairs that press.
     std::vector<double> shares(const WorldState& world, std::span<const RigidVector> gains,
                                std::span<const PairImpulse> touching) const;
 

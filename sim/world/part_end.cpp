@@ -94,14 +94,16 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
         BodyPositions now{.x = state_.nodes_now(), .centres = {}};
         now.centres = state_.centres_of(now.x);
         ContactSolver::RigidResponse response = equations_.solver.response(v, missing, inertia, now);
-        std::vector<char> fits(state_.bodies.size(), 1);
         std::vector<RigidVector> gains;  // of velocities
         for (int b = 0; b < bodies; ++b)
             gains.emplace_back(state_.at(b).velocity_factor * response.motions[b]);
         const std::vector<double> shares =
             budget.shares(state_, gains, equations_.solver.pair_impulses(v, response.of_each, middles));
         if (std::ranges::any_of(shares, [](double share) { return share < 1; })) {
-            for (int b = 0; b < bodies; ++b) missing[b].tail<3>() *= shares[b];
+            for (int b = 0; b < bodies; ++b) {
+                missing[b].tail<3>() *= shares[b];
+                if (shares[b] == 0) missing[b].setZero();  // noise
+            }
             response = equations_.solver.response(v, missing, inertia, now);
         }
         for (int b = 0; b < state_.body_count(); ++b) {
@@ -138,8 +140,11 @@ void World::end_short(const Eigen::VectorXd& solved, std::span<const Nodes> befo
     for (int b = 0; b < state_.body_count(); ++b) {
         SteppedBody& body = state_.at(b);
         const bool is_free = !pressed[b] && !state_.is_joined(b);
+        const std::vector<int> held = body.before->held;
+        const Nodes of_held = body.state.v(held, Eigen::all);
         body.state.v = is_free ? Nodes(body.velocity_factor * state_.part_of(b, solved))
                                : Nodes((body.state.x - before[b]) / state_.dt);
+        body.state.v(held, Eigen::all) = of_held;
         body.before.reset();
     }
 }

@@ -43,7 +43,7 @@ bool Targets::move_obstacle(WorldState& world, int obstacle, Keyframe place) {
     if (!moved.stands()) return false;
     // What is held may touch an obstacle that stands for ever; now it is known that this one does not. The
     // step sets when it is there.
-    standing_obstacles_.emplace(obstacle, moved.motion);
+    obstacles_before_.emplace(obstacle, moved.motion);
     moved.motion.go_to(place, world.time, world.time + 1);
     return true;
 }
@@ -60,7 +60,7 @@ bool Targets::move_grip(WorldState& world, int body, int grip, Keyframe place) {
     grips_[{body, grip}] = place;
     Motion& motion = moved.grips[grip].motion;
     if (!motion.stays()) return false;
-    standing_grips_.emplace(std::pair(body, grip), motion);
+    grips_before_.emplace(std::pair(body, grip), motion);
     motion.go_to(place, world.time, world.time + 1);  // as of an obstacle
     return true;
 }
@@ -113,32 +113,47 @@ void Targets::set_wind(WorldState& world, int body, int load, const Eigen::Vecto
 }
 
 bool Targets::forget(WorldState& world) {
-    for (auto& [obstacle, motion] : standing_obstacles_) world.obstacles[obstacle].motion = std::move(motion);
-    for (auto& [grip, motion] : standing_grips_)
+    for (auto& [obstacle, motion] : obstacles_before_) world.obstacles[obstacle].motion = std::move(motion);
+    for (auto& [grip, motion] : grips_before_)
         world.at(grip.first).grips[grip.second].motion = std::move(motion);
-    const bool stand = !standing_obstacles_.empty() || !standing_grips_.empty();
+    for (auto& [joint, keys] : joints_before_) *told_of(world, joint) = std::move(keys);
+    for (auto& [load, keys] : factors_before_)
+        *factor_of(world.at(load.first), load.second) = std::move(keys);
+    for (auto& [load, keys] : winds_before_)
+        wind_of(world.at(load.first), load.second)->load().air.keys = std::move(keys);
+    const bool move = !obstacles_before_.empty() || !grips_before_.empty();
     clear();
-    return stand;
+    return move;
 }
 
-void Targets::go(WorldState& world, Barrier& barrier, double dt) const {
+void Targets::go(WorldState& world, Barrier& barrier, double dt) {
     const double end = world.time + dt;
     for (const auto& [obstacle, place] : obstacles_) {
         Motion& motion = world.obstacles[obstacle].motion;
+        obstacles_before_.emplace(obstacle, motion);
         motion.go_to(place, world.time, end);
         barrier.motion_of(obstacle) = motion;
     }
-    for (const auto& [grip, place] : grips_)
-        world.at(grip.first).grips[grip.second].motion.go_to(place, world.time, end);
-    for (const auto& [joint, value] : joints_) told_of(world, joint)->go_to(value, world.time, end, 0);
+    for (const auto& [grip, place] : grips_) {
+        Motion& motion = world.at(grip.first).grips[grip.second].motion;
+        grips_before_.emplace(grip, motion);
+        motion.go_to(place, world.time, end);
+    }
+    for (const auto& [joint, value] : joints_) {
+        Keyed<double>& keys = *told_of(world, joint);
+        joints_before_.emplace(joint, keys);
+        keys.go_to(value, world.time, end, 0);
+    }
     for (const auto& [load, factor] : factors_) {
         SteppedBody& body = world.at(load.first);
         const bool is_gas = std::ranges::find(body.gases, load.second, &ClosedGas::load) != body.gases.end();
-        factor_of(body, load.second)
-            ->go_to(factor, world.time, end, is_gas ? 1 : world.load_share(world.time));
+        Keyed<double>& keys = *factor_of(body, load.second);
+        factors_before_.emplace(load, keys);
+        keys.go_to(factor, world.time, end, is_gas ? 1 : world.load_share(world.time));
     }
     for (const auto& [load, velocity] : winds_) {
         Wind& wind = *wind_of(world.at(load.first), load.second);
+        winds_before_.emplace(load, wind.load().air.keys);
         wind.load().air.keys.go_to(velocity, world.time, end, wind.air_at(world.time));
     }
 }

@@ -24,19 +24,22 @@ class Targets {
 
     /// Lets all of it go to its targets in a step of length dt. A step that is begun anew does the same
     /// again.
-    void go(WorldState& world, Barrier& barrier, double dt) const;
+    void go(WorldState& world, Barrier& barrier, double dt);
     /// At the end of the step that has done so.
     void clear() { *this = {}; }
-    /// Before any step has: obstacles and grips move as if nothing had been told. Returns whether some stand
-    /// again.
+    /// Before any step has, or where one was interrupted: all goes as if nothing had been told. Returns
+    /// whether obstacles or grips have other motions for that.
     bool forget(WorldState& world);
 
  private:
     std::map<int, Keyframe> obstacles_{};
     std::map<std::pair<int, int>, Keyframe> grips_{};  // by body and number
-    // Motions of those that stood for ever until they were told to go.
-    std::map<int, Motion> standing_obstacles_{};
-    std::map<std::pair<int, int>, Motion> standing_grips_{};
+    // What was told before.
+    std::map<int, Motion> obstacles_before_{};
+    std::map<std::pair<int, int>, Motion> grips_before_{};
+    std::map<int, Keyed<double>> joints_before_{};
+    std::map<std::pair<int, int>, Keyed<double>> factors_before_{};
+    std::map<std::pair<int, int>, Keyed<Eigen::Vector3d>> winds_before_{};
     std::map<int, double> joints_{};
     std::map<std::pair<int, int>, double> factors_{};         // of loads, likewise
     std::map<std::pair<int, int>, Eigen::Vector3d> winds_{};  // likewise

@@ -368,6 +368,7 @@ void World::restore(const WorldSnapshot& snapshot) {
                 throw std::invalid_argument("world: the snapshot's forces of springs are not finite");
     if (targets_.forget(state_)) forget_parts();
     reset(snapshot);
+    for (SteppedBody& body : state_.bodies) body.energy = body.elastic->measure(body.state.x).energy;
     start_is_checked_ = false;
     reactions_.clear();
     for (SteppedBody& body : state_.bodies) {

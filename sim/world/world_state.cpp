@@ -113,8 +113,9 @@ PrescribedNodes WorldState::prescribed(const SteppedBody& body, double dt) const
 }
 
 bool WorldState::is_joined(int body) const {
-    return std::ranges::any_of(
-        joints, [&](const JointBonds& bonds) { return bonds.joint().a == body || bonds.joint().b == body; });
+    for (std::size_t j = 0; j < joints.size(); ++j)
+        if (!broken[j] && (joints[j].joint().a == body || joints[j].joint().b == body)) return true;
+    return false;
 }
 
 void WorldState::forget_steps(const Joint& joint) {

@@ -132,6 +132,7 @@ struct WorldState {
     bool can_turn(const SteppedBody& body) const;
     /// Where grips and what drives nodes bring these in a part of this length.
     PrescribedNodes prescribed(const SteppedBody& body, double dt) const;
+    /// Whether a joint that is not broken holds it.
     bool is_joined(int body) const;
     /// Lets the next step know nothing of the rates before it: the forces of a joint begin or end.
     void forget_steps(const Joint& joint);

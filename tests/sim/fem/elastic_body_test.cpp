@@ -182,7 +182,8 @@ INSTANTIATE_TEST_SUITE_P(ElasticBody, EveryLaw,
                          ::testing::Values("corotated", "stable_neo_hookean", "st_venant_kirchhoff",
                                            "quadratic_corotated", "quadratic_stable_neo_hookean",
                                            "quadratic_st_venant_kirchhoff", "quadratic_rubber_corotated",
-                                           "quadratic_rubber_stable_neo_hookean"),
+                                           "quadratic_rubber_stable_neo_hookean",
+                                           "quadratic_rubber_st_venant_kirchhoff"),
                          [](const auto& test) { return std::string(test.param); });
 
 /// Every interior node of a uniformly strained body is in balance.
