@@ -51,6 +51,12 @@ struct EnergyBudget::Group {
     bool is_anchored = false;           // by a joint to the world
 };
 
+bool EnergyBudget::limits(const WorldState& world) {
+    return !world.joints.empty() || std::ranges::any_of(world.bodies, [](const SteppedBody& body) {
+        return body.elastic->is_rigid();
+    });
+}
+
 EnergyBudget::EnergyBudget(const WorldState& world, const StepEquations& equations,
                            const Eigen::VectorXd& v) {
     start_.resize(world.bodies.size());
@@ -71,8 +77,8 @@ EnergyBudget::EnergyBudget(const WorldState& world, const StepEquations& equatio
         if (one.contact.obstacle < 0) continue;
         terms.add(one.contact, equations.shapes, world.first_unknown);
         Eigen::Vector3d wall = one.contact.wall_velocity;
-        for (const CouplingTerm& t :
-             terms.of(count)) {  // the velocities that earlier rates have taken from it
+        // The velocities that earlier rates have taken from it.
+        for (const CouplingTerm& t : terms.of(count)) {
             const SteppedBody& body = world.at(t.body);
             wall += t.weight / world.dt * (body.start.x.row(t.node) - body.state.x.row(t.node)).transpose();
         }

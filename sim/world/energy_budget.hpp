@@ -17,10 +17,12 @@ namespace nbd {
 /// stays.
 class EnergyBudget {
  public:
+    /// Whether a world has bodies that it limits: rigid ones or jointed ones.
+    static bool limits(const WorldState& world);
     /// At the start of a part that v solves, before the bodies advance.
     EnergyBudget(const WorldState& world, const StepEquations& equations, const Eigen::VectorXd& v);
 
-    /// What loads give to the momentum of a body in the part, and where it is at its end.
+    /// What loads give to the momentum of a body in the part.
     void set_loads(int body, const Momentum& loads) { start_[body].loads = loads; }
 
     /// Shares of the gains that bodies may have, [0, 1] [bodies], after they have advanced. A group with free

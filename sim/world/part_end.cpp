@@ -64,7 +64,8 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
         come_to_rest(part, v, last);
         return {};
     }
-    EnergyBudget budget(state_, equations_, v);
+    std::optional<EnergyBudget> budget;
+    if (is_solved && EnergyBudget::limits(state_)) budget.emplace(state_, equations_, v);
     for (int b = 0; b < bodies; ++b) state_.at(b).energy = elements[b].energy;
     const Eigen::VectorXd impulses = equations_.solver.step_impulses(v);
     const Eigen::VectorXd all = equations_.bonds.empty() ? impulses : equations_.solver.impulses(v);
@@ -76,7 +77,7 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
         const std::size_t index = b;
         const Momentum loads = load_impulse(state_, b, ends[index]),
                        momentum = end_momentum(state_, joint_forces_, b, loads, of_contacts[index]);
-        budget.set_loads(b, loads);
+        if (budget) budget->set_loads(b, loads);
         advance(state_, joint_forces_, equations_.systems[b], b, state_.part_of(b, v), impulses, all);
         const Momentum solved = momentum_of(*body.elastic, body.state);
         // Damping by mass takes its share of an impulse, too.
@@ -97,8 +98,10 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
         std::vector<RigidVector> gains;  // of velocities
         for (int b = 0; b < bodies; ++b)
             gains.emplace_back(state_.at(b).velocity_factor * response.motions[b]);
-        const std::vector<double> shares =
-            budget.shares(state_, gains, equations_.solver.pair_impulses(v, response.of_each, middles));
+        std::vector<double> shares;
+        if (budget)
+            shares =
+                budget->shares(state_, gains, equations_.solver.pair_impulses(v, response.of_each, middles));
         if (std::ranges::any_of(shares, [](double share) { return share < 1; })) {
             for (int b = 0; b < bodies; ++b) {
                 missing[b].tail<3>() *= shares[b];
