@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 
 #include "meshing/body/rigid_body.hpp"
 
@@ -64,9 +65,18 @@ std::string locking_hint(const TetMesh& tets, const Material& material,
         largest, locking_ratio);
 }
 
+std::string corners_hint(const Body& body) {
+    if (!body.tets.is_quadratic()) return "";
+    const Faces boundary = boundary_faces(body.tets);
+    const std::set<int> corners(boundary.data(), boundary.data() + boundary.size());
+    if (body.surface.F.rows() != boundary.rows() || body.surface.X.rows() != std::ssize(corners)) return "";
+    return "has a collision surface of its tetrahedra's corners alone, which does not bulge as they do: it sinks "
+           "into what it touches; advised: --subdivide 1";
+}
+
 std::vector<std::string> body_hints(const Body& body) {
     std::vector<std::string> hints{size_hint(body), thin_hint(body.tets),
-                                   locking_hint(body.tets, body.material, body.regions)};
+                                   locking_hint(body.tets, body.material, body.regions), corners_hint(body)};
     std::erase(hints, "");
     return hints;
 }

@@ -11,9 +11,9 @@
 
 #include "collision/base/stopwatch.hpp"
 #include "meshing/parallel/parallel_for.hpp"
-#include "sim/barrier/edge_mollifier.hpp"
 #include "sim/barrier/merged_contacts.hpp"
 #include "sim/barrier/moving_features.hpp"
+#include "sim/barrier/pair_weight.hpp"
 
 namespace nbd {
 namespace {
@@ -234,19 +234,6 @@ BarrierLaw Barrier::law(const NearFeatures& near) const {
     return law(young, area, near.reach);
 }
 
-/// The weight of a pair's potential.
-double Barrier::weight(const NearFeatures& near, double share) const {
-    if (near.pair.kind == FeatureKind::vertex_face) return 1;
-    const auto x = positions(near.pair, share);
-    const auto rest = [&](int surface, int edge) {
-        const MovingSurface& s = surfaces_[surface];
-        const auto ends = s.topology().edges.row(edge);
-        return (s.rest().row(ends[1]) - s.rest().row(ends[0])).squaredNorm();
-    };
-    return edge_mollifier(x[1] - x[0], x[3] - x[2], rest(near.pair.surface_a, near.pair.a),
-                          rest(near.pair.surface_b, near.pair.b));
-}
-
 /// Distances and potentials of all near features after a share of the motion.
 void Barrier::measure(double share) {
     distances_.resize(feature_pairs());
@@ -255,7 +242,8 @@ void Barrier::measure(double share) {
         if constexpr (std::is_same_v<std::decay_t<decltype(near)>, NearFeatures>) {
             distances_[i] = closest_points(near.pair.kind, positions(near.pair, share)).distance;
             energies_[i] = distances_[i] < near.reach ? law(near).at(distances_[i]).energy : 0;
-            if (energies_[i] > 0 && std::isfinite(energies_[i])) energies_[i] *= weight(near, 0);
+            if (energies_[i] > 0 && std::isfinite(energies_[i]))
+                energies_[i] *= pair_weight(near.pair, surfaces_, 0);
         } else {
             distances_[i] = distance(near, share).distance;
             energies_[i] = distances_[i] < reach_ ? law(near).at(distances_[i]).energy : 0;
@@ -345,7 +333,8 @@ std::vector<Contact> Barrier::contacts(double share) {
              !(distances_[i] - (1 - share) * moving_features(near_[i].pair, surfaces_).relative_motion() <
                reach)))
             continue;
-        if (const double w = weight(near_[i], share); w > 0) add(near_[i], distances_[i], reach, w);
+        if (const double w = pair_weight(near_[i].pair, surfaces_, share); w > 0)
+            add(near_[i], distances_[i], reach, w);
     }
     for (std::size_t i = 0; i < near_smooth_.size(); ++i)
         add(near_smooth_[i], distances_[near_.size() + i], reach_, 1);

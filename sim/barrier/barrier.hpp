@@ -83,7 +83,7 @@ class Barrier {
     void be_exact(bool exact);
 
     /// Potential after a share of the motion, joules; infinite where surfaces are too near. Edges have the
-    /// weights that they have at its begin, see edge_mollifier().
+    /// weights that they have at its begin, see pair_weight().
     double energy(double share);
 
     /// Contacts after a share of the motion with their laws, in a fixed order: of features within
@@ -166,7 +166,6 @@ class Barrier {
     };
     OwnFriction own_friction(const SurfacePoint& point) const;
     double friction(const Contact& contact, double usual) const;
-    double weight(const NearFeatures& near, double share) const;
     Eigen::Vector3d motion(const SurfacePoint& point) const;
     void measure(double share);
     template <class Visit>

@@ -57,7 +57,10 @@ struct Bond {
     BondLaw law{};
     // a - b at the start of the step, as a motion straight to where they were seen had it.
     Eigen::Vector3d difference = Eigen::Vector3d::Zero();
-    int joint = -1;  // that it belongs to
+    int joint = -1;              // that it belongs to
+    double velocity_factor = 1;  // c of the bodies that it joins, see TimeStep
+    enum class Time { start, middle, end };
+    Time acts_at = Time::end;  // with which arms, see ImpulsePlaces
 
     // Whether it acts like elasticity, also by what it did before the step (see TimeStep), as springs do;
     // else like a contact, with its whole impulse in the step.

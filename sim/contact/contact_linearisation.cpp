@@ -139,7 +139,7 @@ void ContactSolver::linearise_bonds(const Eigen::VectorXd& v) {
         const std::size_t index = contacts_.size() + k;
         const BondLaw::Terms terms = bond_terms(k, v);
         const Eigen::Matrix3d elastic = dt_ * dt_ * terms.hessian;
-        operators_[index].A = elastic + dt_ * velocity_factor(k) * terms.drag;
+        operators_[index].A = elastic + dt_ * bonds_[k].velocity_factor * terms.drag;
         push_[index] = elastic * terms_.velocity(index, v) - dt_ * terms.gradient;
     }
 }
@@ -151,10 +151,9 @@ Eigen::Vector3d ContactSolver::bond_impulse(std::size_t bond, const Eigen::Vecto
     return of_each.empty() ? impulse : Eigen::Vector3d(impulse + of_each[index]);
 }
 
-Eigen::Vector3d ContactSolver::bond_place(std::size_t bond, const BodyPositions& middles,
-                                          const BodyPositions& ends) const {
+Eigen::Vector3d ContactSolver::bond_place(std::size_t bond, const ImpulsePlaces& at) const {
     const std::size_t index = contacts_.size() + bond;
-    return terms_.acts_at(index, acts_at_end(index) ? ends : middles);
+    return terms_.acts_at(index, place_of(index, at));
 }
 
 double ContactSolver::bond_potential(const Eigen::VectorXd& v) const {
@@ -162,7 +161,7 @@ double ContactSolver::bond_potential(const Eigen::VectorXd& v) const {
     for (std::size_t k = 0; k < bonds_.size(); ++k) {
         const BondLaw::Terms terms = bond_terms(k, v);
         const Eigen::Vector3d u = terms_.velocity(contacts_.size() + k, v);
-        sum += terms.energy + dt_ * velocity_factor(k) / 2 * u.dot(terms.drag * u);
+        sum += terms.energy + dt_ * bonds_[k].velocity_factor / 2 * u.dot(terms.drag * u);
     }
     return sum;
 }

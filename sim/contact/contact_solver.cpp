@@ -140,19 +140,29 @@ Eigen::VectorXd ContactSolver::impulses(const Eigen::VectorXd& v, bool held, boo
     return out;
 }
 
-std::vector<Momentum> ContactSolver::momenta(const Eigen::VectorXd& v, const BodyPositions& middles,
-                                             const BodyPositions& ends) const {
-    std::vector<Momentum> momenta(middles.x.size());
+/// Which of the places a contact or bond acts at.
+const BodyPositions& ContactSolver::place_of(std::size_t index, const ImpulsePlaces& at) const {
+    if (index >= contacts_.size()) {
+        const Bond::Time time = bonds_[index - contacts_.size()].acts_at;
+        return time == Bond::Time::start ? at.starts : time == Bond::Time::middle ? at.middles : at.ends;
+    }
+    const auto [a, b] = terms_.bodies(index);
+    const bool is_mixed = a >= 0 && b >= 0 && steps_[a].velocity_factor != steps_[b].velocity_factor;
+    return is_mixed ? at.starts : at.middles;
+}
+
+std::vector<Momentum> ContactSolver::momenta(const Eigen::VectorXd& v, const ImpulsePlaces& at) const {
+    std::vector<Momentum> momenta(at.middles.x.size());
     for (std::size_t c = 0; c < operators_.size(); ++c) {
         if (!presses(c)) continue;
-        terms_.add_momentum(c, linear_impulse(c, v), acts_at_end(c) ? ends : middles, momenta);
+        terms_.add_momentum(c, linear_impulse(c, v), place_of(c, at), momenta);
     }
     return momenta;
 }
 
 std::vector<PairImpulse> ContactSolver::pair_impulses(const Eigen::VectorXd& v,
                                                       std::span<const Eigen::Vector3d> of_each,
-                                                      const BodyPositions& at) const {
+                                                      const ImpulsePlaces& at) const {
     std::map<std::pair<int, int>, PairImpulse> sums;
     for (std::size_t c = 0; c < contacts_.size(); ++c) {
         const Contact& contact = contacts_[c];
@@ -165,7 +175,7 @@ std::vector<PairImpulse> ContactSolver::pair_impulses(const Eigen::VectorXd& v,
         if (!is_on_a) impulse *= -1;
         PairImpulse& sum = sums[is_on_a ? std::pair(a, b) : std::pair(b, a)];
         sum.linear += impulse;
-        const Eigen::Vector3d place = terms_.acts_at(c, at);
+        const Eigen::Vector3d place = terms_.acts_at(c, place_of(c, at));
         sum.angular += place.cross(impulse);
         sum.place.add(place, impulse.norm());
     }

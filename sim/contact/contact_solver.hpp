@@ -111,11 +111,11 @@ class ContactSolver {
     /// Likewise of contacts and of bonds that are no springs: those that act in this step alone.
     Eigen::VectorXd step_impulses(const Eigen::VectorXd& v) const;
 
-    /// What all impulses give to the momentum of each body. middles: positions at which those of
-    /// step_impulses() act; ends: those at the end of the step, where those of springs do, and those of all
-    /// bonds in a step of backward Euler.
-    std::vector<Momentum> momenta(const Eigen::VectorXd& v, const BodyPositions& middles,
-                                  const BodyPositions& ends) const;
+    /// What all impulses give to the momentum of each body. Those of step_impulses() act at the middles,
+    /// those of springs, and of all bonds in a step of backward Euler, at the ends. Between bodies of both
+    /// rules, whose middles are not of one time, a contact acts at the starts: the way that both have in
+    /// common would be an arm else.
+    std::vector<Momentum> momenta(const Eigen::VectorXd& v, const ImpulsePlaces& at) const;
 
     /// What impulses on bodies as a whole do at the end of a step while its contacts resist.
     struct RigidResponse {
@@ -130,10 +130,9 @@ class ContactSolver {
                            std::span<const std::optional<RigidMatrix>> inertia,
                            const BodyPositions& at) const;
     /// The impulses at v and those of a response, by bodies and obstacles that touch, in a fixed order;
-    /// without those within a body. of_each: see RigidResponse; may be empty. at: positions at which they
-    /// act.
+    /// without those within a body. of_each: see RigidResponse; may be empty. at: see momenta().
     std::vector<PairImpulse> pair_impulses(const Eigen::VectorXd& v, std::span<const Eigen::Vector3d> of_each,
-                                           const BodyPositions& at) const;
+                                           const ImpulsePlaces& at) const;
 
     /// The bodies that something else presses on: [bodies].
     std::vector<char> pressed_bodies() const;
@@ -146,8 +145,7 @@ class ContactSolver {
     Eigen::Vector3d bond_impulse(std::size_t bond, const Eigen::VectorXd& v,
                                  std::span<const Eigen::Vector3d> of_each = {}) const;
     /// Where it acts, see momenta().
-    Eigen::Vector3d bond_place(std::size_t bond, const BodyPositions& middles,
-                               const BodyPositions& ends) const;
+    Eigen::Vector3d bond_place(std::size_t bond, const ImpulsePlaces& at) const;
 
     /// Potential of the bonds at velocities v, with half the work of their damping, joules.
     double bond_potential(const Eigen::VectorXd& v) const;
@@ -188,11 +186,7 @@ class ContactSolver {
                      const Eigen::Vector3d& slip);
     double next_drag(std::size_t contact, double most, double slip) const;
     Eigen::VectorXd impulses(const Eigen::VectorXd& v, bool held, bool of_step_alone = false) const;
-    bool acts_at_end(std::size_t index) const {
-        return index >= contacts_.size() &&
-               (!acts_in_step_alone(index) || velocity_factor(index - contacts_.size()) == 1);
-    }
-    double velocity_factor(std::size_t bond) const { return steps_[bonds_[bond].a.body].velocity_factor; }
+    const BodyPositions& place_of(std::size_t index, const ImpulsePlaces& at) const;
     bool acts_in_step_alone(std::size_t index) const {
         return index < contacts_.size() || !bonds_[index - contacts_.size()].is_spring;
     }

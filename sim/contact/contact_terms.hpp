@@ -18,6 +18,12 @@ struct BodyPositions {
     std::vector<Eigen::Vector3d> centres;
 };
 
+/// Where impulses may act: with the nodes of all bodies at the start of a step, where those of contacts act
+/// (see middle()), and at its end.
+struct ImpulsePlaces {
+    const BodyPositions &starts, &middles, &ends;
+};
+
 /// How the relative velocity of the two points of each contact or bond follows from the velocities of nodes:
 /// the map J of each. Their numbers are those in which they were added.
 class ContactTerms {

@@ -226,9 +226,8 @@ double StepPotential::value(const Nodes& v) {
     body_.damping_product(damping_, v, forces_, product);
     sum += 0.5 * dt * damping_time * product.cwiseProduct(v).sum();
     const Nodes x = start_.x + dt * v;
-    const double energy =
-        body_.is_rigid() ? body_.energy_by_linear_strain(damping_, x) : body_.measure(x).energy;
-    return sum + energy / c;
+    energy_ = body_.is_rigid() ? body_.energy_by_linear_strain(damping_, x) : body_.measure(x).energy;
+    return sum + energy_ / c;
 }
 
 Nodes StepPotential::gradient(const Nodes& v) {

@@ -147,6 +147,8 @@ class StepPotential {
         : body_(body), start_(start), step_(step), loads_(loads), damping_(damping) {}
 
     double value(const Nodes& v);
+    /// E of the last value(), joules.
+    double elastic_energy() const noexcept { return energy_; }
 
     /// [N, 3] newton seconds.
     Nodes gradient(const Nodes& v);
@@ -159,6 +161,7 @@ class StepPotential {
     const ElementPose& damping_;
     ElementPose end_;       // scratch
     ElementForces forces_;  // likewise
+    double energy_ = 0;
 };
 
 /// Weight of a node in the relative velocity of two points.

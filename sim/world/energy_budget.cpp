@@ -48,7 +48,8 @@ struct EnergyBudget::Group {
     std::vector<int> bodies{};
     std::vector<PairImpulse> driven{};  // of free bodies and of those that joints or something else drive
     bool has_free_rigid = false;        // without joints, and nothing holds it
-    bool is_anchored = false;           // by a joint to the world
+    int anchors = 0;                    // joints to the world, or to something held
+    Eigen::Vector3d of_anchors = Eigen::Vector3d::Zero();  // sum of their velocities, m/s
 };
 
 bool EnergyBudget::limits(const WorldState& world) {
@@ -117,7 +118,8 @@ double EnergyBudget::share(const WorldState& world, const Group& group,
         begun += seen_from(u, start.energy, start.momentum, of_body);
         solved += seen_from(u, energy_of(body, momentum, spin), momentum, of_body);
         RigidVector relative;
-        relative << momentum.linear - of_body * u, momentum.angular;
+        relative.head<3>() = momentum.linear - of_body * u;
+        relative.tail<3>() = momentum.angular;
         slope += gains[b].dot(relative);
         square += gains[b].dot(inertia * gains[b]) / 2;
         work += start.loads.linear.dot(start.mean_velocity - u) +
@@ -153,11 +155,18 @@ std::vector<double> EnergyBudget::shares(const WorldState& world, std::span<cons
         group.bodies.push_back(b);
         group.has_free_rigid = group.has_free_rigid || (world.at(b).elastic->is_rigid() && is_free(b));
     }
-    for (std::size_t j = 0; j < world.joints.size(); ++j)
-        if (const Joint& joint = world.joints[j].joint(); !world.broken[j])
-            for (const int body : {joint.a, joint.b})
-                if (body >= 0 && (joint.b < 0 || is_held(joint.a) || is_held(joint.b)))
-                    groups[connected.group_of(body)].is_anchored = true;
+    for (std::size_t j = 0; j < world.joints.size(); ++j) {
+        const Joint& joint = world.joints[j].joint();
+        if (world.broken[j]) continue;
+        for (const auto& [body, other] : {std::pair(joint.a, joint.b), std::pair(joint.b, joint.a)}) {
+            if (body < 0 || is_held(body) || (other >= 0 && !is_held(other))) continue;
+            Group& group = groups[connected.group_of(body)];
+            ++group.anchors;
+            if (other >= 0)
+                group.of_anchors += velocity_at(
+                    world.at(other), centre_of_mass(*world.at(body).elastic, world.at(body).state.x));
+        }
+    }
     for (const PairImpulse& pair : touching)
         if (pair.other >= 0 && is_free(pair.body) != is_free(pair.other))
             groups[connected.group_of(is_free(pair.body) ? pair.body : pair.other)].driven.push_back(pair);
@@ -169,7 +178,7 @@ std::vector<double> EnergyBudget::shares(const WorldState& world, std::span<cons
             mass += world.at(b).elastic->mass();
             u += start_[b].momentum.linear;
         }
-        u = group.is_anchored ? Eigen::Vector3d::Zero() : Eigen::Vector3d(u / mass);
+        u = group.anchors > 0 ? Eigen::Vector3d(group.of_anchors / group.anchors) : Eigen::Vector3d(u / mass);
         const bool explained = std::ranges::all_of(
             group.bodies, [&](int b) { return !world.is_joined(b) || is_explained(world, gains[b], b, u); });
         double share = explained ? 1 : 0;

@@ -132,7 +132,8 @@ void check_freedom(const Joint& joint, const JointFreedom& freedom, double farth
     if (is_angle && freedom.least.has_value() != freedom.most.has_value())
         fail("a hinge needs both limits or none, as angles come round again");
     if (is_angle && !(std::abs(freedom.rest) < std::numbers::pi))
-        fail(fmt::format("the angle at rest is {}, but must lie within -pi and pi", freedom.rest));
+        fail(fmt::format("the angle at rest is {:.6g} degrees, but must lie within -180 and 180",
+                         freedom.rest * 180 / std::numbers::pi));
     if (freedom.least && freedom.most && !(*freedom.least < *freedom.most))
         fail("its least value must be below its most");
     if (!freedom.motor.empty() &&
@@ -217,30 +218,36 @@ NodeHold node_hold(const ElasticBody& body) {
 
 namespace {
 
-/// A tenth of the smaller body, or half the way from a hinge to rigid bodies, which it may hold anywhere: a
-/// spring that turns a body far away would bend what holds it on a short width. size: of the smaller body,
-/// metres.
+/// A tenth of the smaller body, or half the way from a hinge's axis to rigid bodies, which it may hold
+/// anywhere: a spring that turns a body far away would bend what holds it on a short width. But no more than
+/// ten times the size of the smaller one, or its way: what is small and near beside that would be held
+/// loosely. sizes: [bodies] metres.
 double usual_width(const Joint& joint, std::span<const ElasticBody* const> bodies, std::span<const Nodes> x,
-                   double size) {
-    const double tenth = size / 10;
+                   std::span<const double> sizes) {
+    const double tenth =
+        std::min(sizes[joint.a], joint.b < 0 ? std::numeric_limits<double>::infinity() : sizes[joint.b]) / 10;
     const auto* hinge = std::get_if<HingeJoint>(&joint.kind);
     if (!hinge) return tenth;
-    double arm = 0;
+    double arm = 0, least = std::numeric_limits<double>::infinity();
     for (const int body : {joint.a, joint.b}) {
         if (body < 0) continue;
         if (!bodies[body]->is_rigid()) return tenth;
-        arm = std::max(arm, (centre_of_mass(*bodies[body], x[body]) - hinge->point).norm());
+        const Eigen::Vector3d way = centre_of_mass(*bodies[body], x[body]) - hinge->point;
+        const double away = way.cross(hinge->axis.normalized()).norm();
+        arm = std::max(arm, away);
+        least = std::min(least, std::max(sizes[body], away));
     }
-    return std::max(tenth, arm / 2);
+    return std::max(tenth, std::min(arm / 2, 10 * least));
 }
 
 }  // namespace
 
 JointBonds::JointBonds(Joint joint, int number, std::span<const ElasticBody* const> bodies,
                        std::span<const Nodes> x, std::span<const std::shared_ptr<const NodeHold>> holds,
-                       double size)
-    : joint_(std::move(joint)), number_(number), size_(size) {
-    width_ = joint_.width > 0 ? joint_.width : usual_width(joint_, bodies, x, size);
+                       std::span<const double> sizes)
+    : joint_(std::move(joint)), number_(number), size_(sizes[joint_.a]) {
+    if (joint_.b >= 0) size_ = std::min(size_, sizes[joint_.b]);
+    width_ = joint_.width > 0 ? joint_.width : usual_width(joint_, bodies, x, sizes);
     holds_[0] = holds[joint_.a];
     if (joint_.b >= 0) holds_[1] = holds[joint_.b];
     const auto on = [&](int body, const Nodes& places) {
@@ -408,7 +415,8 @@ void JointBonds::add_freedom(const JointFreedom& freedom, double value, double a
         BondLaw law;
         law.along = along;
         law.stiffness = freedom.stiffness / (unit * unit);
-        law.length = unit * (freedom.rest - value);
+        const double away = freedom.rest - value;  // by the shorter way round
+        law.length = unit * (is_slider ? away : std::remainder(away, 2 * std::numbers::pi));
         law.damping = freedom.damping / (unit * unit);
         bind_spring(a, place, law, x, bonds);
     }

@@ -96,10 +96,10 @@ NodeHold node_hold(const ElasticBody& body);
 /// a hundredth of what these do; between two rigid bodies as stiff as these.
 class JointBonds {
  public:
-    /// x: positions of the nodes of all bodies, now. holds: of all bodies. Throws std::invalid_argument where
-    /// a place lies too far outside of a body that deforms, see embed().
+    /// x: positions of the nodes of all bodies, now. holds: of all bodies, and sizes, metres. Throws
+    /// std::invalid_argument where a place lies too far outside of a body that deforms, see embed().
     JointBonds(Joint joint, int number, std::span<const ElasticBody* const> bodies, std::span<const Nodes> x,
-               std::span<const std::shared_ptr<const NodeHold>> holds, double size);
+               std::span<const std::shared_ptr<const NodeHold>> holds, std::span<const double> sizes);
 
     const Joint& joint() const noexcept { return joint_; }
     /// What brings it to values that are told: the motor of a hinge or slider, the tension of a cord; null:

@@ -37,13 +37,18 @@ Eigen::Vector3d way(const ContactTerms& terms, std::size_t bond, const WorldStat
 }
 
 /// Lets a cord pull along the mean of its directions at the start and the end of a step: along the last one
-/// alone it would take energy from what swings on it. start: Bond::difference there.
-void pull_along_mean(Bond& bond, const Eigen::Vector3d& start) {
+/// alone it would take energy from what swings on it. In a step of backward Euler it pulls along that at the
+/// start, where its impulse acts on bodies that it connects: so these keep their angular momentum. start:
+/// Bond::difference there.
+void pull_along_mean(Bond& bond, const Eigen::Vector3d& start, bool is_backward_euler) {
     const double length = bond.difference.norm();
-    const Eigen::Vector3d twice = start.normalized() + bond.difference.normalized();
-    if (!(twice.norm() > 1)) return;  // turned by more than 120 degrees
+    const Eigen::Vector3d end = bond.difference.normalized();
+    if (!((start.normalized() + end).norm() > 1)) return;  // turned by more than 120 degrees
+    const Eigen::Vector3d mean =
+        is_backward_euler ? start.normalized() : Eigen::Vector3d((start.normalized() + end).normalized());
+    if (is_backward_euler) bond.acts_at = Bond::Time::start;
     // Twice as long as it may be, so that its stretch turns no faster with the direction than before.
-    const Eigen::Vector3d along = 2 * length * twice.normalized();
+    const Eigen::Vector3d along = 2 * length * mean;
     bond.law.length += along.norm() - length;
     bond.difference = along;
 }
@@ -62,8 +67,10 @@ std::vector<Bond> bonds_at(const WorldState& world, const Eigen::VectorXd& v) {
         terms.add(found[k], world.first_unknown);
         Bond& bond = found[k];
         const bool is_cord = world.tendon_of(bond.joint) >= 0 || (bond.law.is_radial() && !bond.is_spring);
-        const double c = world.at(bond.a.body).velocity_factor;
-        if (is_cord && c > 1) pull_along_mean(bond, bond.difference - way(terms, k, world, x));
+        const double c = bond.velocity_factor = world.velocity_factor_of(bond.a.body, bond.b.body);
+        if (!bond.is_spring && c > 1) bond.acts_at = Bond::Time::middle;
+        if (is_cord && !world.config.statics)
+            pull_along_mean(bond, bond.difference - way(terms, k, world, x), c == 1);
         bond.difference -= dt * terms.velocity(k, v);
         if (world.config.statics) bond.law.damping = 0;
         if (bond.is_spring && c > 1) bond.law *= 1 / c;  // the rest acts by what it did before
@@ -103,7 +110,7 @@ std::vector<char> caught_bodies(const WorldState& world, const StepEquations& eq
     std::vector<char> caught(world.bodies.size(), 0);
     const auto may_catch = [&](const Bond& bond) {
         return (bond.law.pulls_only || world.tendon_of(bond.joint) >= 0) && !stretches(world, bond) &&
-               world.at(bond.a.body).velocity_factor > 1;
+               bond.velocity_factor > 1;
     };
     if (std::ranges::none_of(equations.bonds, may_catch)) return caught;
     const double dt = world.dt;
@@ -187,7 +194,8 @@ void JointForces::forget(const WorldState& world, std::span<const char> bodies) 
 
 JointLoad JointForces::earlier(const WorldState& world, std::size_t joint) const {
     JointLoad sum;
-    if (world.at(world.joints[joint].joint().a).velocity_factor == 1) return sum;
+    const Joint& between = world.joints[joint].joint();
+    if (world.velocity_factor_of(between.a, between.b) == 1) return sum;
     const TwoStepWeights weights(world.knows_last ? world.dt / world.dt_before : 1);
     const JointLoad &now = now_[joint], &before = world.knows_last ? before_[joint] : now;
     for (Momentum JointLoad::*side : {&JointLoad::on_a, &JointLoad::on_b}) {
@@ -210,14 +218,12 @@ Momentum JointForces::earlier_on(const WorldState& world, int body) const {
 
 void JointForces::add_reactions(const WorldState& world, const StepEquations& equations, double rate,
                                 const Eigen::VectorXd& v, std::span<const Eigen::Vector3d> more,
-                                const BodyPositions& middles, const BodyPositions& ends,
-                                ReactionSums& reactions) const {
+                                const ImpulsePlaces& at, ReactionSums& reactions) const {
     const auto& [systems, steps, shapes, contacts, bonds, solver] = equations;
     std::vector<JointLoad> sums(world.joints.size());  // impulses, about the origin
     std::vector<MeanPlace> places(world.joints.size());
     for (std::size_t k = 0; k < bonds.size(); ++k) {
-        const Eigen::Vector3d impulse = solver.bond_impulse(k, v, more),
-                              place = solver.bond_place(k, middles, ends);
+        const Eigen::Vector3d impulse = solver.bond_impulse(k, v, more), place = solver.bond_place(k, at);
         JointLoad& sum = sums[bonds[k].joint];
         const Momentum on_a{impulse, place.cross(impulse)};
         places[bonds[k].joint].add(place, rate * impulse.norm());
@@ -230,7 +236,7 @@ void JointForces::add_reactions(const WorldState& world, const StepEquations& eq
         const JointLoad begun = earlier(world, j);
         const auto tell = [&](int body, Momentum sum, const Momentum& before) {
             if (body < 0) return;
-            add(sum, {before.linear, before.angular + middles.centres[body].cross(before.linear)});
+            add(sum, {before.linear, before.angular + at.middles.centres[body].cross(before.linear)});
             reactions.add(body, ReactionBy::joint, static_cast<int>(j), rate * sum.linear, rate * sum.angular,
                           places[j]);
         };
@@ -244,8 +250,8 @@ void JointForces::break_joints(WorldState& world, const StepEquations& equations
     const double dt = world.dt;
     std::vector<Eigen::Vector3d> forces(world.joints.size(), Eigen::Vector3d::Zero());
     for (std::size_t k = 0; k < bonds.size(); ++k)
-        forces[bonds[k].joint] += (bonds[k].is_spring ? world.at(bonds[k].a.body).velocity_factor : 1) / dt *
-                                  solver.bond_impulse(k, v);
+        forces[bonds[k].joint] +=
+            (bonds[k].is_spring ? bonds[k].velocity_factor : 1) / dt * solver.bond_impulse(k, v);
     for (std::size_t j = 0; j < world.joints.size(); ++j)
         if (!world.broken[j] && forces[j].norm() > world.joints[j].joint().strength) {
             world.broken[j] = 1;

@@ -51,8 +51,7 @@ class JointForces {
     /// impulses. more: impulses of a response, of each contact and bond.
     void add_reactions(const WorldState& world, const StepEquations& equations, double rate,
                        const Eigen::VectorXd& v, std::span<const Eigen::Vector3d> more,
-                       const BodyPositions& middles, const BodyPositions& ends,
-                       ReactionSums& reactions) const;
+                       const ImpulsePlaces& at, ReactionSums& reactions) const;
 
     /// Breaks the joints whose force in the part is more than they bear. v: the solution of the part.
     void break_joints(WorldState& world, const StepEquations& equations, const Eigen::VectorXd& v);

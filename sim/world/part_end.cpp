@@ -69,7 +69,10 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
     for (int b = 0; b < bodies; ++b) state_.at(b).energy = elements[b].energy;
     const Eigen::VectorXd impulses = equations_.solver.step_impulses(v);
     const Eigen::VectorXd all = equations_.bonds.empty() ? impulses : equations_.solver.impulses(v);
-    const std::vector<Momentum> of_contacts = equations_.solver.momenta(v, middles, last);
+    BodyPositions first{.x = state_.nodes_now(), .centres = {}};
+    first.centres = state_.centres_of(first.x);
+    const ImpulsePlaces places{.starts = first, .middles = middles, .ends = last};
+    const std::vector<Momentum> of_contacts = equations_.solver.momenta(v, places);
     std::vector<RigidVector> missing(bodies);  // impulses
     std::vector<std::optional<RigidMatrix>> inertia(bodies);
     const auto advance_body = [&](int b) {
@@ -101,11 +104,11 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
         std::vector<double> shares;
         if (budget)
             shares =
-                budget->shares(state_, gains, equations_.solver.pair_impulses(v, response.of_each, middles));
+                budget->shares(state_, gains, equations_.solver.pair_impulses(v, response.of_each, places));
         if (std::ranges::any_of(shares, [](double share) { return share < 1; })) {
             for (int b = 0; b < bodies; ++b) {
                 missing[b].tail<3>() *= shares[b];
-                if (shares[b] == 0) missing[b].setZero();  // noise
+                if (shares[b] == 0 && state_.is_joined(b)) missing[b].setZero();  // noise
             }
             response = equations_.solver.response(v, missing, inertia, now);
         }
@@ -126,8 +129,8 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
         add_holding_reactions(part, b, middles.x[b]);
         add_wind_reactions(state_, part.share, b, state_.part_of(b, v), middles.x[b], reactions_);
     }
-    add_contact_reactions(part, equations_.solver.pair_impulses(v, more, middles));
-    joint_forces_.add_reactions(state_, equations_, part.share / part.dt, v, more, middles, last, reactions_);
+    add_contact_reactions(part, equations_.solver.pair_impulses(v, more, places));
+    joint_forces_.add_reactions(state_, equations_, part.share / part.dt, v, more, places, reactions_);
     joint_forces_.go_on();
     const Eigen::VectorXd of_contact = equations_.solver.contact_impulses(v, more);
     for (int b = 0; b < state_.body_count(); ++b)
@@ -171,8 +174,9 @@ void World::come_to_rest(const StepPart& part, const Eigen::VectorXd& v, const B
         body.state.x = ends.x[b];  // in place: arrays keep their place in memory
         body.state.v.setZero();
     }
-    add_contact_reactions(whole, equations_.solver.pair_impulses(v, {}, ends));
-    joint_forces_.add_reactions(state_, equations_, whole.share / whole.dt, v, {}, ends, ends, reactions_);
+    const ImpulsePlaces places{.starts = ends, .middles = ends, .ends = ends};
+    add_contact_reactions(whole, equations_.solver.pair_impulses(v, {}, places));
+    joint_forces_.add_reactions(state_, equations_, whole.share / whole.dt, v, {}, places, reactions_);
 }
 
 /// Adds what held the nodes of a body in a part. x: where it acts, [N, 3].

@@ -7,12 +7,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <stdexcept>
 #include <utility>
 
 #include "collision/base/stop.hpp"
 #include "collision/base/stopwatch.hpp"
 #include "meshing/body/rigid_body.hpp"
+#include "meshing/parallel/parallel_for.hpp"
 #include "sim/fem/step_system.hpp"
 #include "sim/world/given_ways.hpp"
 #include "sim/world/joint_forces.hpp"
@@ -28,6 +30,9 @@ constexpr int max_linearisations = 30;  // unless the step's config allows sever
 constexpr double contact_share = 0.1;
 /// Of the kinetic energy of a body, which turning may give it in elastic energy; likewise.
 constexpr double turns_share = 1e-5;
+/// Of the kinetic energy of a body and of what its elastic energy changes by, which a linearisation may miss
+/// of the latter; likewise, up to the second. Steps of usual scenes miss less than the first.
+constexpr double first_missed = 1e-3, most_missed = 0.03;
 constexpr double first_gas_error = 1e-3;     // of absolute pressures, likewise
 constexpr double first_follow_error = 0.01;  // of the forces of loads that follow, likewise
 constexpr double first_drag_error = 0.02;    // of what winds do, likewise
@@ -159,7 +164,7 @@ double PartSolve::strain_of_turns(const Eigen::VectorXd& v) const {
 
 /// Whether bodies at v, to which the first linearisation of a part leads, would make energy or throw what is
 /// caught if they go on by what was before. They begin the part anew then, by backward Euler.
-bool PartSolve::goes_on_abruptly(const Eigen::VectorXd& v) {
+bool PartSolve::goes_on_abruptly(const Eigen::VectorXd& v, std::span<const double> missed) {
     std::vector<char> abrupt = caught_bodies(world_, equations_, v);
     add_joined(world_, abrupt);
     for (std::size_t b = 0; b < abrupt.size(); ++b) caught_[b] = caught_[b] || abrupt[b];
@@ -168,6 +173,8 @@ bool PartSolve::goes_on_abruptly(const Eigen::VectorXd& v) {
         if (world_.at(b).velocity_factor > 1 && (pressed[b] || world_.is_joined(b)) &&
             strain_of_turn(b, v) > rigid_strain)
             abrupt[b] = 1;
+    for (std::size_t b = 0; b < abrupt.size(); ++b)
+        if (world_.bodies[b].velocity_factor > 1 && missed[b] > most_missed) abrupt[b] = 1;
     if (std::ranges::find(abrupt, 1) == abrupt.end()) return false;
     add_joined(world_, abrupt);
     take_backward_euler(world_, abrupt);
@@ -193,6 +200,68 @@ double PartSolve::share_of_turns(const Eigen::VectorXd& from, const Eigen::Vecto
         if (kinetic > 0) largest = std::max(largest, young * volume * strain * strain / 2 / kinetic);
     }
     return largest;
+}
+
+/// Whether a body at the unknown w has more energy than loads explain, seen as it moved before: something
+/// pushes it, or it comes out of nothing. Costs little beside shares_missed().
+bool PartSolve::gains_energy(int index, const Nodes& w) const {
+    const SteppedBody& body = world_.at(index);
+    const ElasticBody& elastic = *body.elastic;
+    const Eigen::VectorXd& masses = elastic.node_masses();
+    const Nodes x = body.start.x + dt_ * w;
+    const Eigen::RowVector3d along = masses.transpose() * body.state.v / elastic.mass();
+    const Nodes way = (x - body.state.x).rowwise() - dt_ * along;
+    const Loads outer = outer_end_loads(world_, body);
+    double work = (masses.transpose() * way).dot(outer.gravity);
+    if (outer.forces.rows() > 0) work += outer.forces.cwiseProduct(way).sum();
+    const double gained = elastic.measure(x).energy - body.energy,
+                 kinetic = kinetic_energy(elastic, (body.velocity_factor * w).rowwise() - along),
+                 before = kinetic_energy(elastic, body.state.v.rowwise() - along);
+    return kinetic - before + gained - work > first_missed * (kinetic + std::abs(gained));
+}
+
+/// The elastic energy that bodies have at `to` beyond what their linearisation at `from` has told, as a share
+/// of their kinetic energy about their centres, or of that of a fall in the step, and of what their elastic
+/// energy changes by in it: [bodies]. What nobody has told is energy out of nothing. 0 of corotated bodies,
+/// which are linear but for their turns, see share_of_turns(), while held nodes are on their way, and of
+/// bodies that gain no energy or have gases, winds or muscles.
+std::vector<double> PartSolve::shares_missed(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const {
+    std::vector<double> shares(world_.bodies.size(), 0.0);
+    const auto measure = [&](int b) {
+        const SteppedBody& body = world_.at(b);
+        const ElasticBody& elastic = *body.elastic;
+        if (elastic.is_rigid() || elastic.material().law == MaterialLaw::corotated) return;
+        if (!body.gases.empty() || !body.drags.empty() || !body.springs.empty()) return;
+        const StepSystem& system = equations_.systems[b];
+        const Nodes w = world_.part_of(b, from), end = world_.part_of(b, to);
+        if (!gains_energy(b, end)) return;
+        const Loads outer = outer_end_loads(world_, body);
+        StepPotential potential(elastic, body.start, equations_.steps[b], outer, system.elements());
+        const Nodes change = end - w, sum = end + w;
+        for (Eigen::Index i = 0; i < change.rows(); ++i)
+            if (system.is_prescribed(static_cast<int>(i)) && !change.row(i).isZero(0)) return;
+        Nodes product(sum.rows(), 3);
+        const Eigen::Index size = sum.size();
+        Eigen::Map<Eigen::VectorXd> image(product.data(), size);
+        system.multiply(Eigen::Map<const Eigen::VectorXd>(sum.data(), size), image);
+        const double told =
+            Eigen::Map<const Eigen::VectorXd>(change.data(), size).dot(image / 2 - system.rhs());
+        const double before = potential.value(w), elastic_before = potential.elastic_energy(),
+                     after = potential.value(end), gained = potential.elastic_energy() - body.energy,
+                     missed = body.velocity_factor * (after - before - told);
+        const Eigen::RowVector3d mean = elastic.node_masses().transpose() * end / elastic.mass();
+        const double fall = elastic.mass() * (world_.gravity_before * dt_).squaredNorm(),
+                     energy =
+                         std::max(kinetic_energy(elastic, end.rowwise() - mean), fall) + std::abs(gained);
+        // Rounded positions are strained, too.
+        const double strain = rounding * (1 + body.state.x.cwiseAbs().maxCoeff() / body.shape->rest_diagonal),
+                     of_rounding =
+                         rounding * (std::abs(before) + std::abs(after) + elastic_before) +
+                         body.contact_young * elastic.mass() / elastic.material().density * strain * strain;
+        if (missed > of_rounding) shares[b] = missed / energy;
+    };
+    parallel_for(world_.body_count(), measure, 1);
+    return shares;
 }
 
 /// A part with contacts linearised at its start. Where they lead nowhere near an intersection and press at
@@ -226,7 +295,8 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
     double share = 0, moved = 0;
     std::string left_open;
     double allowed_strain = rigid_strain, allowed_turns = turns_share, allowed_of_loads = first_follow_error,
-           allowed_of_gases = first_gas_error, allowed_of_winds = first_drag_error;
+           allowed_of_gases = first_gas_error, allowed_of_winds = first_drag_error,
+           allowed_missed = first_missed;
     double allowed = is_newton ? world_.config.step.newton_tolerance : contact_share;
     for (int k = 0;; ++k) {
         stop_if_asked();
@@ -264,7 +334,11 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
         ++report.newton_iterations;
         report.solver_iterations += solved.linear_iterations;
         if (!leads_somewhere(dt_, to)) return {.reason = too_large, .fatal = true};
-        if (k == 0 && goes_on_abruptly(to)) {
+        const std::vector<double> missed =
+            is_newton ? std::vector<double>(world_.bodies.size(), 0.0) : shares_missed(linearised_at, to);
+        const double worst_missed = std::accumulate(missed.begin(), missed.end(), 0.0,
+                                                    [](double a, double b) { return std::max(a, b); });
+        if (k == 0 && goes_on_abruptly(to, missed)) {
             is_abrupt_ = true;
             return {.reason = "a body turns abruptly, or is caught"};
         }
@@ -285,6 +359,8 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
             else if (share_of_turns(linearised_at, to) > allowed_turns)
                 left_open =
                     "a body that turns too far in a step for how stiff it is; it may as well be rigid";
+            else if (worst_missed > allowed_missed)
+                left_open = "a body whose elastic energy is far from what was solved for";
             else if (follow_error(world_, to) > allowed_of_loads)
                 left_open = "loads that follow a body which moves too far";
             else if (gases_.error(world_, to) > allowed_of_gases)
@@ -300,11 +376,12 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
             if (error > allowed) allowed *= 2;
             allowed_strain *= 2;
             allowed_turns = std::min(2 * allowed_turns, 1.0);
+            allowed_missed = std::min(2 * allowed_missed, most_missed);
             allowed_of_loads *= 2;
             allowed_of_gases *= 2;
             allowed_of_winds *= 2;
         }
-        if (k > 0 && given_ways.are_gone()) share = search_line(v, to, share);
+        if ((k > 0 || worst_missed > most_missed) && given_ways.are_gone()) share = search_line(v, to, share);
         v += share * (to - v);
         to = v;
         given_ways.go(share, trusted);

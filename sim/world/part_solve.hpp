@@ -66,8 +66,10 @@ class PartSolve {
     double trusted_share(const Eigen::VectorXd& v, const Eigen::VectorXd& to) const;
     double strain_of_turn(int body, const Eigen::VectorXd& v) const;
     double strain_of_turns(const Eigen::VectorXd& v) const;
-    bool goes_on_abruptly(const Eigen::VectorXd& v);
+    bool goes_on_abruptly(const Eigen::VectorXd& v, std::span<const double> missed);
     double share_of_turns(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const;
+    bool gains_energy(int body, const Nodes& w) const;
+    std::vector<double> shares_missed(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const;
     Rejection solve(Eigen::VectorXd& v, WorldReport& report);
     void look(const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress, WorldReport& report);
     double propose(const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress, WorldReport& report);

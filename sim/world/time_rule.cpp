@@ -25,14 +25,24 @@ Momentum outer_load(const ElasticBody& elastic, NodesRef x, const Loads& loads) 
     return load;
 }
 
-/// Which bodies joints and tendons connect.
+/// Which bodies joints and tendons connect. One that is held throughout passes nothing on.
 BodyGroups joined_groups(const WorldState& world) {
+    std::vector<char> moves;  // [bodies]
+    for (const SteppedBody& body : world.bodies) moves.push_back(!world.is_held_throughout(body));
     BodyGroups groups(world.bodies.size());
-    for (std::size_t j = 0; j < world.joints.size(); ++j)
-        if (!world.broken[j]) groups.connect(world.joints[j].joint().a, world.joints[j].joint().b);
-    for (const Tendon& tendon : world.tendons)
-        for (const int part : tendon.parts)
-            groups.connect(world.joints[tendon.parts.front()].joint().a, world.joints[part].joint().a);
+    const auto join = [&](int joint, int& first) {
+        for (const int body : {world.joints[joint].joint().a, world.joints[joint].joint().b}) {
+            if (body < 0 || !moves[body]) continue;
+            if (first < 0) first = body;
+            groups.connect(first, body);
+        }
+    };
+    for (int j = 0; j < std::ssize(world.joints); ++j)
+        if (int first = -1; !world.broken[j]) join(j, first);
+    for (const Tendon& tendon : world.tendons) {
+        int first = -1;
+        for (const int part : tendon.parts) join(part, first);
+    }
     return groups;
 }
 
@@ -108,15 +118,18 @@ void choose_steps(WorldState& world, JointForces& joints, std::span<const double
     constexpr double straight =
         0.3;  // radians of a rigid body, beyond which straight ways by earlier rates lead astray
     std::vector<char> abrupt(world.bodies.size(), 0);
+    // After a much shorter step, what that step's straight way has strained a rigid body by would go on.
+    const bool grows = world.dt_before > 0 && !world.knows_last;
     for (int b = 0; b < world.body_count(); ++b)
-        abrupt[b] = turns[b] > (world.at(b).elastic->is_rigid() ? straight : most_deformable_turn);
+        abrupt[b] =
+            world.at(b).elastic->is_rigid() ? grows || turns[b] > straight : turns[b] > most_deformable_turn;
     add_joined(world, abrupt);
     take_backward_euler(world, abrupt);
 }
 
 void add_joined(const WorldState& world, std::vector<char>& some) {
     if (world.joints.empty() || std::ranges::find(some, 1) == some.end()) return;
-    const BodyGroups groups = joined_groups(world);
+    BodyGroups groups = joined_groups(world);
     std::vector<char> has_some(some.size(), 0);  // of groups
     for (int b = 0; b < world.body_count(); ++b)
         if (some[b]) has_some[groups.group_of(b)] = 1;
@@ -125,7 +138,7 @@ void add_joined(const WorldState& world, std::vector<char>& some) {
 
 void take_backward_euler(WorldState& world, std::span<const char> abrupt) {
     for (std::size_t b = 0; b < abrupt.size(); ++b) {
-        if (!abrupt[b]) continue;
+        if (!abrupt[b] || world.is_held_throughout(world.bodies[b])) continue;
         world.bodies[b].start = StepStart(world.bodies[b].state);
         world.bodies[b].velocity_factor = 1;
     }

@@ -189,18 +189,18 @@ int World::add_joint(Joint joint) {
     check_joint(joint, state_.body_count());
     holds_.resize(state_.bodies.size());
     std::vector<const ElasticBody*> elastic;
-    double size = state_.at(joint.a).shape->rest_diagonal;
+    std::vector<double> sizes;
     for (std::size_t b = 0; b < state_.bodies.size(); ++b) {
         elastic.push_back(state_.bodies[b].elastic.get());
+        sizes.push_back(state_.bodies[b].shape->rest_diagonal);
         const int body = static_cast<int>(b);
         if (body != joint.a && body != joint.b) continue;
-        size = std::min(size, state_.bodies[b].shape->rest_diagonal);
         for (std::size_t c = 0; c < b && !holds_[b]; ++c)
             if (state_.bodies[c].elastic == state_.bodies[b].elastic) holds_[b] = holds_[c];
         if (!holds_[b]) holds_[b] = std::make_shared<const NodeHold>(node_hold(*state_.bodies[b].elastic));
     }
     const int index = joint_count();
-    JointBonds bonds(std::move(joint), index, elastic, state_.nodes_now(), holds_, size);
+    JointBonds bonds(std::move(joint), index, elastic, state_.nodes_now(), holds_, sizes);
     const Joint& made = bonds.joint();
     const bool meet = made.b < 0 || made.bodies_meet || std::holds_alternative<CordJoint>(made.kind);
     if (!meet) {

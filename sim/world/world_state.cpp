@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "sim/fem/momentum.hpp"
 
@@ -70,6 +71,14 @@ bool WorldState::is_held(const SteppedBody& body) const {
     return !body.driven.nodes.empty() || std::ranges::any_of(body.grips, [&](const Grip& grip) {
         return grip.holds(time) && !grip.nodes.empty();
     });
+}
+
+bool WorldState::is_held_throughout(const SteppedBody& body) const {
+    if (!is_held(body)) return false;
+    std::set<int> held(body.driven.nodes.begin(), body.driven.nodes.end());
+    for (const Grip& grip : body.grips)
+        if (grip.holds(time)) held.insert(grip.nodes.begin(), grip.nodes.end());
+    return std::ssize(held) == body.state.x.rows();
 }
 
 bool WorldState::can_turn(const SteppedBody& body) const {

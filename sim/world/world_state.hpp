@@ -78,8 +78,8 @@ class BodyGroups {
         next_[std::max(of_a, of_b)] = std::min(of_a, of_b);
     }
     /// The first body of the group.
-    int group_of(int body) const {
-        while (next_[body] != body) body = next_[body];
+    int group_of(int body) {
+        while (next_[body] != body) body = next_[body] = next_[next_[body]];
         return body;
     }
 
@@ -111,6 +111,11 @@ struct WorldState {
     double end() const noexcept { return time + dt; }
 
     TimeStep step_of(const SteppedBody& body) const noexcept { return {dt, body.velocity_factor}; }
+    /// c of what joins two bodies, which have the same if both can move; a body that is held throughout goes
+    /// by no rule. b: -1 for the world.
+    double velocity_factor_of(int a, int b) const {
+        return b < 0 ? at(a).velocity_factor : std::min(at(a).velocity_factor, at(b).velocity_factor);
+    }
     std::vector<TimeStep> steps() const;  // [bodies]
     /// A body's rows of the unknowns of all bodies, [N, 3].
     Nodes part_of(int body, const Eigen::VectorXd& stacked) const;
@@ -128,6 +133,8 @@ struct WorldState {
 
     /// Whether some of a body's nodes have prescribed velocities.
     bool is_held(const SteppedBody& body) const;
+    /// Whether all of them have: nothing else moves it.
+    bool is_held_throughout(const SteppedBody& body) const;
     /// Whether what holds a body lets it turn: its held nodes lie on a line, or it has none.
     bool can_turn(const SteppedBody& body) const;
     /// Where grips and what drives nodes bring these in a part of this length.

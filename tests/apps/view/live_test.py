@@ -94,6 +94,8 @@ class LiveTest(unittest.TestCase):
             value = self.browser.run(f"return {script}")
             if value:
                 return value
+            if "=== 'stopped'" in script and self.browser.run("return document.getElementById('live').className") == "lost":
+                self.fail("the run ended before the page could ask, which then had no time to draw for ten seconds")
             time.sleep(0.02)
         self.fail(f"never true: {script}; the page says: {self.browser.driver.find_element('id', 'title').text}")
 

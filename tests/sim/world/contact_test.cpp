@@ -9,6 +9,7 @@
 #include "sim/fem/momentum.hpp"
 #include "sim/world/world.hpp"
 #include "tests/sim/world/box_model.hpp"
+#include "tests/sim/world/cords.hpp"
 #include "tests/support/box_body.hpp"
 #include "tests/support/box_mesh.hpp"
 #include "tests/support/error_of.hpp"
@@ -45,6 +46,38 @@ TEST(Contacts, AFastThinSheetDoesNotPassAnother) {
     const std::vector<int> middle = test::nodes_where(
         sheet.body.tets.X, [](const Eigen::Vector3d& x) { return x.head<2>().norm() < 0.1; });
     EXPECT_GT(world.state(1).x.col(2).mean(), world.state(0).x(middle, 2).mean());
+}
+
+/// What slides over the edge between two triangles of a flat floor, that of an obstacle and of a body,
+/// notices nothing.
+TEST(Contacts, AnEdgeInsideOfAFlatFaceHoldsNothingBack) {
+    const Model block = test::rigid_block({0.3, 0.2, 0.1}), plate = test::rigid_block({1.4, 1, 0.1});
+    const Eigen::Vector3d along = Eigen::Vector3d(-1, 1.4, 0).normalized();  // across the diagonal
+    const Eigen::Matrix3d about_z = Eigen::AngleAxisd(1.4, Eigen::Vector3d::UnitZ()).matrix();
+    for (const bool is_body : {false, true})
+        for (const double speed : {1.0, 3.6})
+            for (int place = 0; place < 8; ++place) {
+                WorldConfig config = with_gravity({0, 0, -9.81});
+                config.contact.friction = 0;
+                World world(config);
+                const Eigen::Vector3d start = (place * 0.0045 - 0.25) * along + Eigen::Vector3d(0, 0, 0.0515);
+                world.add_body(block.at(start, about_z, speed * along));
+                WorldBody floor = plate.at({0, 0, -0.05});
+                floor.grips = {Grip{.nodes = {0, 1, 2, 3}}};
+                if (is_body)
+                    world.add_body(std::move(floor));
+                else
+                    world.add_obstacle({.shape = std::make_shared<const StaticSurface>(TriMesh{
+                                            plate.body.surface.X.rowwise() - Eigen::RowVector3d(0, 0, 0.05),
+                                            plate.body.surface.F}),
+                                        .friction = 0});
+                while (world.time() < 0.4 / speed) {
+                    ASSERT_EQ(world.step(0.01).failure, "");
+                    const Eigen::Vector3d v = world.state(0).v.colwise().mean();
+                    ASSERT_NEAR((v - v[2] * Eigen::Vector3d::UnitZ() - speed * along).norm(), 0, 1e-3 * speed)
+                        << is_body << ' ' << place << ' ' << world.time();
+                }
+            }
 }
 
 TEST(Contacts, ABlockRestsAndSlidesOnlyOnSteepSlopes) {

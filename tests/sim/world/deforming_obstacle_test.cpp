@@ -64,7 +64,7 @@ TEST(DeformingObstacle, DoesWhatAMotionOfTheSamePlacesDoes) {
         for (int step = 0; step < 80; ++step) ASSERT_EQ(world.step(5e-3).failure, "");
     }
     EXPECT_GT(test::centre_of_mass(worlds[0], 0).z(), 0.18);
-    EXPECT_LT((worlds[0].state(0).x - worlds[1].state(0).x).cwiseAbs().maxCoeff(), 1e-5);
+    EXPECT_LT((worlds[0].state(0).x - worlds[1].state(0).x).cwiseAbs().maxCoeff(), 2e-5);
 }
 
 /// The middle of the sheet jumps up by several times the thickness of a block on it, in one step or a few.

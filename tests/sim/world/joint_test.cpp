@@ -122,6 +122,40 @@ TEST(Joint, AHingesSpringTurnsABodyFarFromIt) {
     }
 }
 
+/// Also beyond half a turn.
+TEST(Joint, AHingesSpringSwingsABodyBeyondHalfATurn) {
+    const Model box = rigid_bar({0.2, 0.05, 0.05});
+    World world({.gravity = Eigen::Vector3d::Zero()});
+    world.add_body(box.at({0, 0, 0}));
+    constexpr double rate = 2 * pi, rest = 2 * pi / 3;
+    const double inertia = box.elastic->mass() * (0.04 + 0.0025) / 12;
+    world.add_joint({.kind = HingeJoint{.point = {0, 0, 0},
+                                        .axis = Eigen::Vector3d::UnitZ(),
+                                        .angle = {.stiffness = inertia * rate * rate, .rest = rest}}});
+    while (world.time() < 2) {
+        ASSERT_TRUE(test::is_balanced(world.step(2e-3)));
+        const double expected = rest * (1 - std::cos(rate * world.time()));
+        ASSERT_NEAR(std::remainder(world.joint_value(0) - expected, 2 * pi), 0, 0.02) << world.time();
+    }
+}
+
+/// What is beside a large body is held by a width of its own size.
+TEST(Joint, AHingeOnALargeBodyHoldsASmallOne) {
+    const Model rod = rigid_bar({0.02, 0.02, 0.2}), large = rigid_bar({180, 2, 2});
+    World world(WorldConfig{});
+    const Eigen::Vector3d axis = Eigen::Vector3d::UnitY();
+    const Eigen::Matrix3d tilted = Eigen::AngleAxisd(-0.1, axis).matrix();
+    world.add_body(rod.at(-0.1 * tilted.col(2), tilted));
+    WorldBody held = large.at({90.1, 0, 0});
+    held.grips = {Grip{.nodes = {0, 1, 2, 3}}};
+    world.add_body(std::move(held));
+    world.add_joint({.a = 0, .b = 1, .kind = HingeJoint{.point = {0, 0, 0}, .axis = axis}});
+    for (int s = 0; s < 100; ++s) {
+        ASSERT_TRUE(test::is_balanced(world.step(5e-3)));
+        ASSERT_NEAR(test::centre_of_mass(world, 0).norm(), 0.1, 1e-5);
+    }
+}
+
 /// A fast top on its tip precesses by m g r / (I3 spin).
 TEST(Joint, ATopPrecesses) {
     const Model disc = rigid_bar({0.1, 0.1, 0.02}, 2000);

@@ -55,9 +55,31 @@ Nodes ringing(double size, double dt, const std::function<void(World&)>& add) {
     return world.state(0).x;
 }
 
+/// So does what hangs on the same thing, if that is held throughout: a pendulum beside a rotor.
+TEST(MixedRules, AHeldBaseConnectsNothing) {
+    const Model rod = test::rigid_block({0.02, 0.02, 0.2}), base = test::rigid_block({1, 0.05, 0.05}),
+                rotor = test::rigid_block({0.1, 0.02, 0.1});
+    const auto swing = [&](double spin) {
+        World world(WorldConfig{});
+        const Eigen::Vector3d axis = Eigen::Vector3d::UnitY();
+        const Eigen::Matrix3d tilted = Eigen::AngleAxisd(-0.5, axis).matrix();
+        world.add_body(rod.at(Eigen::Vector3d(0, 0.2, 0) - 0.1 * tilted.col(2), tilted));
+        world.add_body(body_that_spins(rotor, {0.4, 0.2, 0}, {0, spin, 0}));
+        WorldBody held = base.at({0, 0, 0});
+        held.grips = {Grip{.nodes = {0, 1, 2, 3}}};
+        world.add_body(std::move(held));
+        world.add_joint({.a = 0, .b = 2, .kind = HingeJoint{.point = {0, 0.2, 0}, .axis = axis}});
+        world.add_joint({.a = 1, .b = 2, .kind = HingeJoint{.point = {0.4, 0.2, 0}, .axis = axis}});
+        for (int s = 0; s < 300; ++s) EXPECT_EQ(world.step(0.01).failure, "");
+        return world.state(0).x;
+    };
+    EXPECT_LT((swing(40) - swing(0)).norm(), 1e-3);
+}
+
 class Bystander : public ::testing::TestWithParam<std::tuple<double, double>> {};
 
-/// What happens ten sizes away leaves a body alone.
+/// What happens ten sizes away leaves a body alone, but for how often steps are linearised: four hundredths
+/// of how it rings.
 TEST_P(Bystander, RingsAsIfAlone) {
     const auto [size, dt] = GetParam();
     const Nodes alone = ringing(size, dt, [](World&) {});
@@ -67,7 +89,7 @@ TEST_P(Bystander, RingsAsIfAlone) {
     const Nodes beside_spinner = ringing(size, dt, [&](World& world) {
         world.add_body(body_that_spins(rigid, away, {0, 0.01 / dt, 0.45 / dt}));
     });
-    EXPECT_LT((beside_spinner - alone).norm(), 5e-4 * size);
+    EXPECT_LT((beside_spinner - alone).norm(), 1e-2 * size);
     const Nodes beside_caught = ringing(size, dt, [&](World& world) {  // to and fro between two ropes
         const int caught =
             world.add_body(rigid.at(away, Eigen::Matrix3d::Identity(), {size / (5 * dt), 0, 0}));
@@ -78,7 +100,7 @@ TEST_P(Bystander, RingsAsIfAlone) {
                                                .length = 2.5 * size,
                                                .pulls_only = true}});
     });
-    EXPECT_LT((beside_caught - alone).norm(), 5e-4 * size);
+    EXPECT_LT((beside_caught - alone).norm(), 1e-2 * size);
 }
 
 INSTANTIATE_TEST_SUITE_P(SizesAndSteps, Bystander,
@@ -87,26 +109,44 @@ INSTANTIATE_TEST_SUITE_P(SizesAndSteps, Bystander,
 
 class HitBySpinner : public ::testing::TestWithParam<std::tuple<double, double, bool>> {};
 
-/// A bar that spins too fast for the rule of second order hits a body that takes it.
-TEST_P(HitBySpinner, KeepsMomentumAndMakesNoEnergy) {
-    const auto [size, dt, is_soft] = GetParam();
+/// A bar that spins too fast for the rule of second order hits a body that takes it; all this moves along,
+/// too. Returns the nodes at the end, from where they have been carried.
+std::vector<Nodes> hit_by_spinner(double size, double dt, bool is_soft, const Eigen::Vector3d& along) {
     const Model bar = test::rigid_block({size, size / 5, size / 5});
     const Model block = is_soft ? Model({size, size, size}, {2, 2, 2}, undamped_rubber)
                                 : test::rigid_block({size, size, size});
     World world(test::without_gravity());
     WorldBody thrown = body_that_spins(bar, {0, -1.2 * size, 0.1 * size}, {0, 0, 0.4 / dt});
     thrown.state.v.col(1).array() += 0.02 * size / dt;
+    thrown.state.v.rowwise() += along.transpose();
     world.add_body(std::move(thrown));
-    world.add_body(block.at({0, 0, 0}));
+    world.add_body(block.at({0, 0, 0}, Eigen::Matrix3d::Identity(), along));
     const Eigen::Vector3d linear = test::linear_momentum(world), angular = whole_angular_momentum(world);
     const double begin = kinetic_energy_of(world);
+    const bool is_carried = !along.isZero(0);
     for (int s = 0; s < 100; ++s) {
-        ASSERT_EQ(world.step(dt).failure, "");
-        ASSERT_LT(kinetic_energy_of(world), 1.05 * begin) << s;
+        EXPECT_EQ(world.step(dt).failure, "");
+        if (!is_carried) {
+            EXPECT_LT(kinetic_energy_of(world), 1.05 * begin) << s;
+        }
     }
+    std::vector<Nodes> ends;
+    for (const int b : {0, 1}) ends.push_back(world.state(b).x.rowwise() - world.time() * along.transpose());
+    if (is_carried) return ends;
     EXPECT_GT(test::linear_momentum(world, 1).norm(), 0.1 * linear.norm());  // it was hit
     EXPECT_LT((test::linear_momentum(world) - linear).norm(), 1e-9 * linear.norm());
     EXPECT_LT((whole_angular_momentum(world) - angular).norm(), (is_soft ? 0.1 : 0.05) * angular.norm());
+    return ends;
+}
+
+TEST_P(HitBySpinner, KeepsMomentumAndMakesNoEnergyAlsoInAFrameThatMoves) {
+    const auto [size, dt, is_soft] = GetParam();
+    const std::vector<Nodes> at_rest = hit_by_spinner(size, dt, is_soft, {0, 0, 0});
+    for (const Eigen::Vector3d& along :
+         {Eigen::Vector3d(size / dt, 0, 0), Eigen::Vector3d(0, 0, 5 * size / dt)}) {
+        const std::vector<Nodes> carried = hit_by_spinner(size, dt, is_soft, along);
+        for (const int b : {0, 1}) EXPECT_LT((carried[b] - at_rest[b]).norm(), 0.01 * size) << b;
+    }
 }
 
 INSTANTIATE_TEST_SUITE_P(SizesAndSteps, HitBySpinner,
@@ -116,7 +156,8 @@ INSTANTIATE_TEST_SUITE_P(SizesAndSteps, HitBySpinner,
 /// Where something is in the way of one body and a step ends short of its solution, others keep their
 /// velocity.
 TEST(MixedRules, AStepThatEndsShortLeavesFreeBodiesTheirVelocity) {
-    for (const double speed : {100.0, 200.0, 400.0}) {
+    int ended_short = 0;
+    for (const double speed : {20.0, 30.0, 40.0}) {
         Material soft = undamped_rubber;
         soft.young = 2e4;
         const Model block({0.2, 0.2, 0.2}, {3, 3, 3}, soft), rigid = test::rigid_block({0.2, 0.2, 0.2});
@@ -126,11 +167,14 @@ TEST(MixedRules, AStepThatEndsShortLeavesFreeBodiesTheirVelocity) {
         world.add_body(rigid.at({100, 0, 5}, Eigen::Matrix3d::Identity(), {1, 0, 0}));
         world.add_body(block.at({0, 0, 1}, Eigen::Matrix3d::Identity(), {0, 0, -speed}));
         world.add_obstacle(test::floor_at(0));
-        for (int s = 0; s < 10; ++s) {
-            if (!world.step(5e-3).failure.empty()) break;
+        for (int s = 0; s < 12; ++s) {
+            const WorldReport report = world.step(5e-3);
+            ASSERT_EQ(report.failure, "");
+            ended_short += report.trouble == StepTrouble::newton;
             ASSERT_LT((world.state(0).v.rowwise() - Eigen::RowVector3d(1, 0, 0)).norm(), 1e-6) << speed;
         }
     }
+    EXPECT_GT(ended_short, 0);
 }
 
 /// Rigid bodies that fall on a soft one and tip over: a new world goes on from a snapshot with the same bits.

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <vector>
+
+#include "collision/continuous/feature_pair.hpp"
+#include "sim/barrier/moving_surface.hpp"
+
+namespace nbd {
+
+/// The weight of the potential of two features after a share of the motion, [0, 1]. Two surfaces press each
+/// other where they are nearest to each other, and there once:
+///
+/// - A vertex nearest to the boundary of a face is that to all faces that meet there: these share evenly, or
+///   leave it to one that is nearer.
+/// - The weight of two edges vanishes as they become parallel, see edge_mollifier(), and towards their ends,
+///   which press the faces beside the other instead.
+/// - The weight vanishes as the line between the two points leans over the faces beside them: there are
+///   nearer ones.
+///
+/// Else what slides over an edge inside of a flat face would be held back by it: from aside, the nearest
+/// point of the edge lies ahead. Features of one surface weigh as if they were all: those about them may be
+/// neighbours, which do not press.
+double pair_weight(const FeaturePair& pair, const std::vector<MovingSurface>& surfaces, double share);
+
+}  // namespace nbd
