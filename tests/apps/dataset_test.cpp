@@ -201,13 +201,13 @@ TEST_F(DatasetTest, FollowsRecipeFiles) {
 }
 
 TEST_F(DatasetTest, RetriesFailuresWithSmallerStepsAndRecordsThem) {
-    const Ran ran = run(command("wild", "--strength 1000 --attempts 2 --json"));
+    const Ran ran = run(command("wild", "--strength 1000 --seed 2 --attempts 2 --json"));
     ASSERT_EQ(ran.status, 1) << ran.err;
     EXPECT_NE(ran.err.find(" is left out: at "), std::string::npos) << ran.err;
     EXPECT_NE(ran.err.find("data.h5: every trajectory failed"), std::string::npos) << ran.err;
     EXPECT_GT(nlohmann::json::parse(ran.out)["failed"], 0);
     EXPECT_NE(text("inspect wild/data.h5").find(" failed: at "), std::string::npos);
-    const Ran again = run(command("wild", "--strength 1000 --attempts 2"));
+    const Ran again = run(command("wild", "--strength 1000 --seed 2 --attempts 2"));
     EXPECT_EQ(again.err.find(" is left out: at "), std::string::npos) << again.err;
 }
 
