@@ -17,9 +17,9 @@ namespace nbd {
 /// - The weight vanishes as the line between the two points leans over the faces beside them: there are
 ///   nearer ones.
 ///
-/// Else what slides over an edge inside of a flat face would be held back by it: from aside, the nearest
-/// point of the edge lies ahead. Features of one surface weigh as if they were all: those about them may be
-/// neighbours, which do not press.
+/// Without this, what slides over an edge inside of a flat face would be held back by it: before it gets
+/// there, the line to the nearest point of the edge leads ahead. Two features of one surface have the weight
+/// of their edges alone, since the features about them may be neighbours, which do not press.
 double pair_weight(const FeaturePair& pair, const std::vector<MovingSurface>& surfaces, double share);
 
 }  // namespace nbd

@@ -60,7 +60,9 @@ struct Bond {
     int joint = -1;              // that it belongs to
     double velocity_factor = 1;  // c of the bodies that it joins, see TimeStep
     enum class Time { start, middle, end };
-    Time acts_at = Time::end;  // with which arms, see ImpulsePlaces
+    // With which arms: springs, and joints in a step of backward Euler, with those at its end; cords there
+    // with those at its start; all else with those in the middle. See ImpulsePlaces.
+    Time acts_at = Time::end;
 
     // Whether it acts like elasticity, also by what it did before the step (see TimeStep), as springs do;
     // else like a contact, with its whole impulse in the step.

@@ -111,10 +111,9 @@ class ContactSolver {
     /// Likewise of contacts and of bonds that are no springs: those that act in this step alone.
     Eigen::VectorXd step_impulses(const Eigen::VectorXd& v) const;
 
-    /// What all impulses give to the momentum of each body. Those of step_impulses() act at the middles,
-    /// those of springs, and of all bonds in a step of backward Euler, at the ends. Between bodies of both
-    /// rules, whose middles are not of one time, a contact acts at the starts: the way that both have in
-    /// common would be an arm else.
+    /// What all impulses give to the momentum of each body. Bonds act where Bond::acts_at says, contacts at
+    /// the middles. But the middles of two bodies of different rules are not of one time, and the way that
+    /// both have in common would be an arm: there a contact acts at the starts.
     std::vector<Momentum> momenta(const Eigen::VectorXd& v, const ImpulsePlaces& at) const;
 
     /// What impulses on bodies as a whole do at the end of a step while its contacts resist.

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <stdexcept>
 #include <utility>
 
@@ -336,8 +335,7 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
         if (!leads_somewhere(dt_, to)) return {.reason = too_large, .fatal = true};
         const std::vector<double> missed =
             is_newton ? std::vector<double>(world_.bodies.size(), 0.0) : shares_missed(linearised_at, to);
-        const double worst_missed = std::accumulate(missed.begin(), missed.end(), 0.0,
-                                                    [](double a, double b) { return std::max(a, b); });
+        const double worst_missed = missed.empty() ? 0 : std::ranges::max(missed);
         if (k == 0 && goes_on_abruptly(to, missed)) {
             is_abrupt_ = true;
             return {.reason = "a body turns abruptly, or is caught"};
