@@ -41,6 +41,10 @@ SurfacePoint surface_point(const MovingSurface& surface, int first, int count,
     return point;
 }
 
+/// Whether a visitor of near features sees two of meshes.
+template <class Near>
+constexpr bool is_of_meshes = std::is_same_v<std::decay_t<Near>, NearFeatures>;
+
 double edge_area(const MovingSurface& surface, int edge) {
     const auto ends = surface.topology().edges.row(edge);
     return (surface.rest_areas()[ends[0]] + surface.rest_areas()[ends[1]]) / 6;
@@ -146,6 +150,12 @@ void Barrier::place(std::span<const Nodes> begin, std::span<const Nodes> end, do
 }
 
 void Barrier::look(std::span<const Nodes> begin, std::span<const Nodes> end, double progress) {
+    see(begin, end, progress);
+    is_guess_ = true;
+}
+
+void Barrier::see(std::span<const Nodes> begin, std::span<const Nodes> end, double progress) {
+    is_guess_ = false;
     costs_ = {};
     timed(costs_.update_us, "update", [&] { place(begin, end, progress); });
     near_ = search_.find(surfaces_, reach_);
@@ -154,7 +164,7 @@ void Barrier::look(std::span<const Nodes> begin, std::span<const Nodes> end, dou
 }
 
 double Barrier::move(std::span<const Nodes> begin, std::span<const Nodes> end, double progress) {
-    look(begin, end, progress);
+    see(begin, end, progress);
     limits_.resize(feature_pairs());
     for_each_near([&](const auto& near, std::size_t i) { limits_[i] = limit(near); });
     double least = 1;
@@ -234,20 +244,14 @@ BarrierLaw Barrier::law(const NearFeatures& near) const {
     return law(young, area, near.reach);
 }
 
-/// Distances and potentials of all near features after a share of the motion.
+/// Distances of all near features after a share of the motion.
 void Barrier::measure(double share) {
     distances_.resize(feature_pairs());
-    energies_.resize(feature_pairs());
     for_each_near([&](const auto& near, std::size_t i) {
-        if constexpr (std::is_same_v<std::decay_t<decltype(near)>, NearFeatures>) {
+        if constexpr (is_of_meshes<decltype(near)>)
             distances_[i] = closest_points(near.pair.kind, positions(near.pair, share)).distance;
-            energies_[i] = distances_[i] < near.reach ? law(near).at(distances_[i]).energy : 0;
-            if (energies_[i] > 0 && std::isfinite(energies_[i]))
-                energies_[i] *= pair_weight(near.pair, surfaces_, 0);
-        } else {
+        else
             distances_[i] = distance(near, share).distance;
-            energies_[i] = distances_[i] < reach_ ? law(near).at(distances_[i]).energy : 0;
-        }
     });
     least_distance_ = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < distances_.size(); ++i) {
@@ -258,6 +262,16 @@ void Barrier::measure(double share) {
 
 double Barrier::energy(double share) {
     measure(share);
+    energies_.resize(feature_pairs());
+    for_each_near([&](const auto& near, std::size_t i) {
+        constexpr bool of_meshes = is_of_meshes<decltype(near)>;
+        double reach = reach_;
+        if constexpr (of_meshes) reach = near.reach;
+        energies_[i] = distances_[i] < reach ? law(near).at(distances_[i]).energy : 0;
+        if constexpr (of_meshes)
+            if (energies_[i] > 0 && std::isfinite(energies_[i]))
+                energies_[i] *= pair_weight(near.pair, surfaces_, 0);
+    });
     double sum = 0;
     for (const double energy : energies_) sum += energy;
     return sum;
@@ -313,6 +327,20 @@ Eigen::Vector3d Barrier::motion(const SurfacePoint& point) const {
 
 std::vector<Contact> Barrier::contacts(double share) {
     measure(share);
+    weights_.assign(feature_pairs(), 1);
+    const bool is_start = is_guess_ && share == 0;
+    for_each_near([&](const auto& near, std::size_t i) {
+        if constexpr (is_of_meshes<decltype(near)>) {
+            const auto may_press = [&] {
+                const MovingFeatures moving = moving_features(near.pair, surfaces_);
+                return distances_[i] - (1 - share) * moving.relative_motion() < near.reach;
+            };
+            weights_[i] = 0;
+            if (distances_[i] < near_share * near.reach || (share < 1 && may_press()))
+                weights_[i] = is_start ? pair_weight(near.pair, surfaces_, share, rise_share * near.reach)
+                                       : pair_weight(near.pair, surfaces_, share);
+        }
+    });
     std::vector<Contact> result;
     const auto add = [&](const auto& near, double distance, double reach, double weight) {
         Contact c = contact(near, share);
@@ -326,16 +354,8 @@ std::vector<Contact> Barrier::contacts(double share) {
             c.barrier.floor + left_share * room_at(distance, c.barrier.floor, c.barrier.reach);
         result.push_back(c);
     };
-    for (std::size_t i = 0; i < near_.size(); ++i) {
-        const double reach = near_[i].reach;
-        if (!(distances_[i] < near_share * reach) &&
-            (share == 1 ||
-             !(distances_[i] - (1 - share) * moving_features(near_[i].pair, surfaces_).relative_motion() <
-               reach)))
-            continue;
-        if (const double w = pair_weight(near_[i].pair, surfaces_, share); w > 0)
-            add(near_[i], distances_[i], reach, w);
-    }
+    for (std::size_t i = 0; i < near_.size(); ++i)
+        if (weights_[i] > 0) add(near_[i], distances_[i], near_[i].reach, weights_[i]);
     for (std::size_t i = 0; i < near_smooth_.size(); ++i)
         add(near_smooth_[i], distances_[near_.size() + i], reach_, 1);
     return merged(std::move(result));

@@ -69,12 +69,14 @@ class Barrier {
     /// Whether an obstacle moves in the step.
     bool obstacles_move() const;
 
-    /// Proposes a motion: of the nodes of each body, [N, 3], and of the obstacles from a share of the step,
-    /// `progress`, to its end. Finds what comes near in it.
+    /// Guesses a motion: of the nodes of each body, [N, 3], and of the obstacles from a share of the step,
+    /// `progress`, to its end. Finds what comes near in it. Contacts at its begin are no planes that the
+    /// guess would lead up along a surface, see pair_weight().
     void look(std::span<const Nodes> begin, std::span<const Nodes> end, double progress);
 
-    /// The same. Returns a share in [0, 1] of this motion up to which nothing collides and the distances of
-    /// what presses shrink to a fifth at most; 1 if all of it is free. At its begin, surfaces must be apart.
+    /// Proposes a motion likewise. Returns a share in [0, 1] of this motion up to which nothing collides and
+    /// the distances of what presses shrink to a fifth at most; 1 if all of it is free. At its begin,
+    /// surfaces must be apart.
     double move(std::span<const Nodes> begin, std::span<const Nodes> end, double progress);
 
     /// Whether bounds of bodies can miss what comes near: then intersections() alone is sure to find all.
@@ -113,6 +115,7 @@ class Barrier {
     static constexpr double touching_share = 1e-2;   // of the reach: what is nearer at rest does not press
     static constexpr double left_share = 0.2;        // of the room above the floor that a motion must leave
     static constexpr double tolerance_share = 0.05;  // likewise, by which an impact may be found too early
+    static constexpr double rise_share = 0.1;        // of the reach, by which a guess may lead up a plane
 
     struct Body {
         std::shared_ptr<const ContactShape> shape;
@@ -139,6 +142,7 @@ class Barrier {
     /// Pairs of features that the last look() found.
     std::size_t feature_pairs() const noexcept { return near_.size() + near_smooth_.size(); }
     static double room_at(double distance, double floor, double reach);
+    void see(std::span<const Nodes> begin, std::span<const Nodes> end, double progress);
     void place(std::span<const Nodes> begin, std::span<const Nodes> end, double progress);
     bool may_come_near(const MovingSurface& surface, std::span<const int> nodes, const Wall& wall) const;
     void find_near_smooth();
@@ -179,11 +183,12 @@ class Barrier {
     std::vector<Wall> walls_;
     double dt_ = 0, progress_ = 0;  // of the step; share of it at which the motion begins
     bool is_exact_ = false;         // see be_exact()
+    bool is_guess_ = false;         // whether the motion is that of look()
     NearFeatureSearch search_;
     IntersectionSearch intersection_search_;
     std::span<const NearFeatures> near_;
     std::vector<NearSmooth> near_smooth_;
-    std::vector<double> limits_, distances_, energies_;  // [near_, then near_smooth_]
+    std::vector<double> limits_, distances_, energies_, weights_;  // [near_, then near_smooth_]
     double least_distance_ = 0;
     StepReport costs_;
 };

@@ -6,36 +6,13 @@
 #include "collision/continuous/feature_pair.hpp"
 
 namespace nbd {
-namespace {
 
-struct Extent {
-    Eigen::Array3d low, high;
-
-    explicit Extent(std::span<const Eigen::Vector3d> x) : low(x[0].array()), high(low) {
-        for (const Eigen::Vector3d& p : x.subspan(1)) {
-            low = low.min(p.array());
-            high = high.max(p.array());
-        }
-    }
-};
-
-}  // namespace
-
-double gap_along_axes(std::span<const Eigen::Vector3d> begin_a, std::span<const Eigen::Vector3d> end_a,
-                      std::span<const Eigen::Vector3d> begin_b, std::span<const Eigen::Vector3d> end_b) {
-    const Extent a(begin_a), b(begin_b), a_end(end_a), b_end(end_b);
-    const Eigen::Array3d a_above = (a.low - b.high).min(a_end.low - b_end.high),
-                         b_above = (b.low - a.high).min(b_end.low - a_end.high);
-    return a_above.max(b_above).maxCoeff();
+AxisGaps MovingFeatures::axis_gaps() const {
+    const auto& [p, q, r, s] = begin;
+    const auto& [p1, q1, r1, s1] = end;
+    if (kind == FeatureKind::vertex_face) return {Extent(p), Extent(p1), Extent(q, r, s), Extent(q1, r1, s1)};
+    return {Extent(p, q), Extent(p1, q1), Extent(r, s), Extent(r1, s1)};
 }
-
-double MovingFeatures::gap_along_axes() const {
-    const std::span from(begin), to(end);
-    const std::size_t of_a = corners_of_a(kind);
-    return nbd::gap_along_axes(from.first(of_a), to.first(of_a), from.subspan(of_a), to.subspan(of_a));
-}
-
-double MovingFeatures::gap_along_shortest_line() const { return gap_along_line(closest_points(kind, begin)); }
 
 double MovingFeatures::gap_along_line(const ClosestPoints& closest) const {
     if (!(closest.distance > 0)) return 0;
@@ -62,9 +39,12 @@ double MovingFeatures::relative_motion() const {
 }
 
 bool MovingFeatures::may_press(double reach) const {
-    if (gap_along_axes() > near_share * reach) return false;
+    const AxisGaps gaps = axis_gaps();
+    if (gaps.in_motion > near_share * reach) return false;
+    const double most = reach + relative_motion();
+    if (gaps.at_begin > most) return false;
     const ClosestPoints closest = closest_points(kind, begin);
-    return closest.distance - relative_motion() <= reach && gap_along_line(closest) <= near_share * reach;
+    return closest.distance <= most && gap_along_line(closest) <= near_share * reach;
 }
 
 MovingFeatures moving_features(const FeaturePair& pair, const std::vector<MovingSurface>& surfaces) {

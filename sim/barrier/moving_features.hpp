@@ -10,11 +10,31 @@
 
 namespace nbd {
 
-/// Less than the distance of two sets of corners at any time of a motion that is straight for each corner:
-/// the gap between them along the axis of coordinates on which it is largest; negative if they overlap on
-/// all. Along a line the gap is a concave function of time, so that it is least at one of the ends.
-double gap_along_axes(std::span<const Eigen::Vector3d> begin_a, std::span<const Eigen::Vector3d> end_a,
-                      std::span<const Eigen::Vector3d> begin_b, std::span<const Eigen::Vector3d> end_b);
+/// The box of some points along the axes of coordinates.
+struct Extent {
+    Eigen::Array3d low, high;
+
+    template <class... Point>
+    explicit Extent(const Eigen::Vector3d& first, const Point&... others)
+        : low(first.array()), high(first.array()) {
+        ((low = low.min(others.array()), high = high.max(others.array())), ...);
+    }
+};
+
+/// Less than the distance of two sets of points: the gap between them along the axis on which it is largest;
+/// negative if they overlap on all.
+struct AxisGaps {
+    double at_begin;
+    /// At any time of a motion that is straight for each point. Along a line the gap is a concave function of
+    /// time, so that it is least at one of the ends.
+    double in_motion;
+
+    AxisGaps(const Extent& begin_a, const Extent& end_a, const Extent& begin_b, const Extent& end_b) {
+        const Eigen::Array3d a_above = begin_a.low - begin_b.high, b_above = begin_b.low - begin_a.high;
+        at_begin = a_above.max(b_above).maxCoeff();
+        in_motion = a_above.min(end_a.low - end_b.high).max(b_above.min(end_b.low - end_a.high)).maxCoeff();
+    }
+};
 
 /// Two features during a motion that is straight for each of their four corners. Those of feature a come
 /// first.
@@ -22,11 +42,8 @@ struct MovingFeatures {
     FeatureKind kind;
     std::array<Eigen::Vector3d, 4> begin, end;
 
-    /// See above.
-    double gap_along_axes() const;
-    /// Likewise, along the line of their closest points at the begin; 0 if they meet there.
-    double gap_along_shortest_line() const;
-    /// Likewise, less tight: their distance at the begin less relative_motion().
+    AxisGaps axis_gaps() const;
+    /// Less than their distance at any time: that at the begin less relative_motion().
     double gap_by_approach() const;
     /// The largest motion of a corner of one relative to a corner of the other.
     double relative_motion() const;
@@ -35,6 +52,7 @@ struct MovingFeatures {
     bool may_press(double reach) const;
 
  private:
+    /// As AxisGaps::in_motion, along the line of their closest points at the begin; 0 if they meet there.
     double gap_along_line(const ClosestPoints& closest) const;
 };
 

@@ -38,11 +38,17 @@ class NearFeatureSearch::MovingFaces {
             vertices_[k] = k < 3 ? s.F()(faces.a, k) : t.F()(faces.b, k - 3);
             begin_[k] = surface.begin(vertices_[k]);
             end_[k] = surface.end(vertices_[k]);
+            if (&s == &t) rest_[k] = s.rest().row(vertices_[k]);
         }
     }
-    double gap_along_axes() const {
-        const std::span from(begin_), to(end_);
-        return nbd::gap_along_axes(from.first(3), to.first(3), from.last(3), to.last(3));
+    /// Whether features of them may be candidates.
+    bool may_press(double reach, double room) const {
+        const double most_reach = this->most_reach(reach);
+        const AxisGaps gaps(Extent(begin_[0], begin_[1], begin_[2]), Extent(end_[0], end_[1], end_[2]),
+                            Extent(begin_[3], begin_[4], begin_[5]), Extent(end_[3], end_[4], end_[5]));
+        if (gaps.in_motion > near_share * most_reach + room) return false;
+        const double most = most_reach + room + relative_motion();
+        return gaps.at_begin <= most && gap_between_middles() <= most;
     }
     bool have_common_vertex(FeatureKind kind, const PlacesInFaces& places) const {
         if (&s_ != &t_) return false;
@@ -78,13 +84,40 @@ class NearFeatureSearch::MovingFaces {
  private:
     std::array<Eigen::Vector3d, 4> at_rest(const PlacesInFaces& places) const {
         std::array<Eigen::Vector3d, 4> rest;
-        for (std::size_t k = 0; k < 4; ++k) rest[k] = s_.rest().row(vertices_[places[k]]);
+        for (std::size_t k = 0; k < 4; ++k) rest[k] = rest_[places[k]];
         return rest;
+    }
+    /// The largest distance at which features of them press: as most_reach_of().
+    double most_reach(double reach) const {
+        if (&s_ != &t_) return reach;
+        double most = 0;
+        for (std::size_t k = 0; k < 3; ++k)
+            for (std::size_t l = 3; l < 6; ++l) most = std::max(most, (rest_[k] - rest_[l]).squaredNorm());
+        return std::min(reach, rest_share * std::sqrt(most));
+    }
+    /// The largest motion of a corner of one relative to a corner of the other.
+    double relative_motion() const {
+        double most = 0;
+        for (std::size_t k = 0; k < 3; ++k)
+            for (std::size_t l = 3; l < 6; ++l)
+                most = std::max(most, (end_[k] - begin_[k] - (end_[l] - begin_[l])).squaredNorm());
+        return std::sqrt(most);
+    }
+    /// Less than their distance at the begin: the gap along the line of their middles.
+    double gap_between_middles() const {
+        const Eigen::Vector3d line =
+            (begin_[3] + begin_[4] + begin_[5] - begin_[0] - begin_[1] - begin_[2]).normalized();
+        double most_of_a = begin_[0].dot(line), least_of_b = begin_[3].dot(line);
+        for (std::size_t k = 1; k < 3; ++k) {
+            most_of_a = std::max(most_of_a, begin_[k].dot(line));
+            least_of_b = std::min(least_of_b, begin_[k + 3].dot(line));
+        }
+        return least_of_b - most_of_a;
     }
 
     const MovingSurface &s_, &t_;
     std::array<int, 6> vertices_;
-    std::array<Eigen::Vector3d, 6> begin_, end_;
+    std::array<Eigen::Vector3d, 6> begin_, end_, rest_;  // at rest: of one surface
 };
 
 void NearFeatureSearch::begin(const std::vector<MovingSurface>& surfaces,
@@ -241,7 +274,7 @@ NearFeatureSearch::Candidate NearFeatureSearch::candidate(const MovingFaces& fac
         const double own_reach = faces.reach_of(pair.kind, places, reach);
         return own_reach == most_reach || features.may_press(own_reach) ? Candidate{{pair, own_reach}} : none;
     }
-    if (features.gap_along_axes() > near_share * most_reach + room) return none;
+    if (features.axis_gaps().in_motion > near_share * most_reach + room) return none;
     const double apart = features.gap_by_approach();
     if (apart > most_reach + room) return none;
     const double own_reach = faces.reach_of(pair.kind, places, reach);
@@ -265,7 +298,7 @@ void NearFeatureSearch::collect(std::vector<MovingSurface>& surfaces, int a, int
             for (const FacePair& pair : faces.subspan(first, std::min(chunk, faces.size() - first))) {
                 if (a == b && proof && proof->hang_on_one_host(pair)) continue;
                 const MovingFaces moving(surfaces[a], surfaces[b], pair);
-                if (moving.gap_along_axes() > near_share * reach + room) continue;
+                if (!moving.may_press(reach, room)) continue;
                 for_each_owned_pair(
                     s, t, pair, [&](const FeaturePair& features, const PlacesInFaces& places) {
                         const Candidate one = candidate(moving, features, places, reach, room);

@@ -27,7 +27,7 @@ void NeighbourWatch::refer_to_begin(const std::vector<MovingSurface>& surfaces) 
         const std::size_t p = i;
         MovingFeatures features = moving_features(pairs_[p].pair, surfaces);
         features.end = features.begin;
-        apart_[p] = features.gap_along_axes();
+        apart_[p] = features.axis_gaps().at_begin;
     });
 }
 

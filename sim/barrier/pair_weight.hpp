@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "collision/continuous/feature_pair.hpp"
@@ -15,11 +16,13 @@ namespace nbd {
 /// - The weight of two edges vanishes as they become parallel, see edge_mollifier(), and towards their ends,
 ///   which press the faces beside the other instead.
 /// - The weight vanishes as the line between the two points leans over the faces beside them: there are
-///   nearer ones.
+///   nearer ones. Before a motion, it also vanishes as that would lead up the plane across such a line by
+///   most_rise, metres: a body that goes on over the faces never meets the plane.
 ///
 /// Without this, what slides over an edge inside of a flat face would be held back by it: before it gets
 /// there, the line to the nearest point of the edge leads ahead. Two features of one surface have the weight
 /// of their edges alone, since the features about them may be neighbours, which do not press.
-double pair_weight(const FeaturePair& pair, const std::vector<MovingSurface>& surfaces, double share);
+double pair_weight(const FeaturePair& pair, const std::vector<MovingSurface>& surfaces, double share,
+                   double most_rise = std::numeric_limits<double>::infinity());
 
 }  // namespace nbd

@@ -59,9 +59,12 @@ struct Bond {
     Eigen::Vector3d difference = Eigen::Vector3d::Zero();
     int joint = -1;              // that it belongs to
     double velocity_factor = 1;  // c of the bodies that it joins, see TimeStep
+    // By how much a and b move faster from each other than unknowns tell in a step with this c: where a body
+    // is held, which may go by another one, m/s.
+    Eigen::Vector3d lead = Eigen::Vector3d::Zero();
     enum class Time { start, middle, end };
-    // With which arms: springs, and joints in a step of backward Euler, with those at its end; cords there
-    // with those at its start; all else with those in the middle. See ImpulsePlaces.
+    // With which arms: springs, and joints in a step of backward Euler, with those at its end; cords that
+    // catch there with those at its start; all else with those in the middle. See ImpulsePlaces.
     Time acts_at = Time::end;
 
     // Whether it acts like elasticity, also by what it did before the step (see TimeStep), as springs do;

@@ -140,7 +140,8 @@ void ContactSolver::linearise_bonds(const Eigen::VectorXd& v) {
         const BondLaw::Terms terms = bond_terms(k, v);
         const Eigen::Matrix3d elastic = dt_ * dt_ * terms.hessian;
         operators_[index].A = elastic + dt_ * bonds_[k].velocity_factor * terms.drag;
-        push_[index] = elastic * terms_.velocity(index, v) - dt_ * terms.gradient;
+        push_[index] = elastic * terms_.velocity(index, v) -
+                       dt_ * (terms.gradient + bonds_[k].velocity_factor * terms.drag * bonds_[k].lead);
     }
 }
 
@@ -160,7 +161,7 @@ double ContactSolver::bond_potential(const Eigen::VectorXd& v) const {
     double sum = 0;
     for (std::size_t k = 0; k < bonds_.size(); ++k) {
         const BondLaw::Terms terms = bond_terms(k, v);
-        const Eigen::Vector3d u = terms_.velocity(contacts_.size() + k, v);
+        const Eigen::Vector3d u = terms_.velocity(contacts_.size() + k, v) + bonds_[k].lead;
         sum += terms.energy + dt_ * bonds_[k].velocity_factor / 2 * u.dot(terms.drag * u);
     }
     return sum;

@@ -41,7 +41,7 @@ struct ContactSolver::Touch {
 
 std::vector<ContactSolver::Touch> ContactSolver::touches(const Eigen::VectorXd& v,
                                                          std::span<const std::optional<RigidMatrix>> inertia,
-                                                         const BodyPositions& at) const {
+                                                         const ImpulsePlaces& at) const {
     std::vector<Touch> touches;
     for (std::size_t c = 0; c < operators_.size(); ++c) {
         const std::array<int, 2>& pair = pairs_[pair_of_[c]];
@@ -49,9 +49,10 @@ std::vector<ContactSolver::Touch> ContactSolver::touches(const Eigen::VectorXd& 
         if (!presses(c) || pair[0] == pair[1] || !(moves(pair[0]) || moves(pair[1]))) continue;
         Touch touch{.contact = c, .motion = {}, .R = operators_[c].A, .along = Eigen::Vector3d::Zero()};
         // Both arms are of one point, so that what a pair gets sums to nothing.
-        const Eigen::Vector3d point = terms_.acts_at(c, at);
+        const BodyPositions& where = c < contacts_.size() ? at.ends : place_of(c, at);
+        const Eigen::Vector3d point = terms_.acts_at(c, where);
         for (const std::size_t k : {0u, 1u})
-            touch.motion[k] = moves(pair[k]) ? motion_at(point - at.centres[number(pair[k])])
+            touch.motion[k] = moves(pair[k]) ? motion_at(point - where.centres[number(pair[k])])
                                              : PointMotion(PointMotion::Zero());
         if (c >= contacts_.size()) {  // a bond
             double mass = std::numeric_limits<double>::infinity();
@@ -74,7 +75,7 @@ std::vector<ContactSolver::Touch> ContactSolver::touches(const Eigen::VectorXd& 
 ContactSolver::RigidResponse ContactSolver::response(const Eigen::VectorXd& v,
                                                      std::span<const RigidVector> impulses,
                                                      std::span<const std::optional<RigidMatrix>> inertia,
-                                                     const BodyPositions& at) const {
+                                                     const ImpulsePlaces& at) const {
     RigidResponse response{.motions = std::vector<RigidVector>(inertia.size(), RigidVector::Zero()),
                            .impulses = Eigen::VectorXd::Zero(v.size()),
                            .of_each = {}};

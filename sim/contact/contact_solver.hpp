@@ -123,11 +123,11 @@ class ContactSolver {
         std::vector<Eigen::Vector3d> of_each;  // [contacts + bonds] on their points a, N s
     };
     /// v: the solution of the step. impulses: [bodies]. inertia: [bodies], with what of the damping resists;
-    /// none of a body that something holds. at: positions at the end of the step. Contacts resist as they
-    /// were last linearised, also where they would let go or begin to slip.
+    /// none of a body that something holds. Contacts resist as they were last linearised, also where they
+    /// would let go or begin to slip, at the ends; bonds where Bond::acts_at says.
     RigidResponse response(const Eigen::VectorXd& v, std::span<const RigidVector> impulses,
                            std::span<const std::optional<RigidMatrix>> inertia,
-                           const BodyPositions& at) const;
+                           const ImpulsePlaces& at) const;
     /// The impulses at v and those of a response, by bodies and obstacles that touch, in a fixed order;
     /// without those within a body. of_each: see RigidResponse; may be empty. at: see momenta().
     std::vector<PairImpulse> pair_impulses(const Eigen::VectorXd& v, std::span<const Eigen::Vector3d> of_each,
@@ -179,7 +179,7 @@ class ContactSolver {
     }
     struct Touch;
     std::vector<Touch> touches(const Eigen::VectorXd& v, std::span<const std::optional<RigidMatrix>> inertia,
-                               const BodyPositions& at) const;
+                               const ImpulsePlaces& at) const;
     void set_operator(std::size_t contact, const ContactImpulse& impulse, double drag);
     void set_tangent(std::size_t contact, const ContactImpulse& impulse, double most,
                      const Eigen::Vector3d& slip);

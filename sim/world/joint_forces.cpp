@@ -37,25 +37,24 @@ Eigen::Vector3d way(const ContactTerms& terms, std::size_t bond, const WorldStat
 }
 
 /// Lets a cord pull along the mean of its directions at the start and the end of a step: along the last one
-/// alone it would take energy from what swings on it. In a step of backward Euler it pulls along that at the
-/// start, where its impulse acts on bodies that it connects: so these keep their angular momentum. start:
-/// Bond::difference there.
-void pull_along_mean(Bond& bond, const Eigen::Vector3d& start, bool is_backward_euler) {
+/// alone it would take energy from what swings on it. Where it catches bodies, it pulls along that at the
+/// start, where its impulse acts in a step of backward Euler: so two bodies keep their angular momentum. From
+/// step to step that would make energy. start: Bond::difference there.
+void pull_along_mean(Bond& bond, const Eigen::Vector3d& start, bool catches) {
     const double length = bond.difference.norm();
     const Eigen::Vector3d end = bond.difference.normalized();
     if (!((start.normalized() + end).norm() > 1)) return;  // turned by more than 120 degrees
-    const Eigen::Vector3d mean =
-        is_backward_euler ? start.normalized() : Eigen::Vector3d((start.normalized() + end).normalized());
-    if (is_backward_euler) bond.acts_at = Bond::Time::start;
+    if (catches) bond.acts_at = Bond::Time::start;
     // Twice as long as it may be, so that its stretch turns no faster with the direction than before.
-    const Eigen::Vector3d along = 2 * length * mean;
+    const Eigen::Vector3d along =
+        2 * length * (catches ? start.normalized() : (start.normalized() + end).normalized());
     bond.law.length += along.norm() - length;
     bond.difference = along;
 }
 
 }  // namespace
 
-std::vector<Bond> bonds_at(const WorldState& world, const Eigen::VectorXd& v) {
+std::vector<Bond> bonds_at(const WorldState& world, const Eigen::VectorXd& v, std::span<const char> caught) {
     std::vector<Bond> found;
     if (world.joints.empty()) return found;
     const double dt = world.dt;
@@ -69,9 +68,15 @@ std::vector<Bond> bonds_at(const WorldState& world, const Eigen::VectorXd& v) {
         const bool is_cord = world.tendon_of(bond.joint) >= 0 || (bond.law.is_radial() && !bond.is_spring);
         const double c = bond.velocity_factor = world.velocity_factor_of(bond.a.body, bond.b.body);
         if (!bond.is_spring && c > 1) bond.acts_at = Bond::Time::middle;
-        if (is_cord && !world.config.statics)
-            pull_along_mean(bond, bond.difference - way(terms, k, world, x), c == 1);
+        const bool catches = c == 1 && (caught[bond.a.body] || (bond.b.body >= 0 && caught[bond.b.body]));
+        if (is_cord && (c > 1 || catches))
+            pull_along_mean(bond, bond.difference - way(terms, k, world, x), catches);
         bond.difference -= dt * terms.velocity(k, v);
+        if (c == 1)
+            for (const CouplingTerm& t : terms.of(k)) {
+                const SteppedBody& body = world.at(t.body);
+                bond.lead += t.weight / dt * (body.start.x - body.state.x).row(t.node).transpose();
+            }
         if (world.config.statics) bond.law.damping = 0;
         if (bond.is_spring && c > 1) bond.law *= 1 / c;  // the rest acts by what it did before
     }

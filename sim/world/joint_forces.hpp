@@ -14,7 +14,8 @@
 namespace nbd {
 
 /// The bonds of all joints in a part as seen from its iterate v, those of tendons without their tensions.
-std::vector<Bond> bonds_at(const WorldState& world, const Eigen::VectorXd& v);
+/// caught: see caught_bodies().
+std::vector<Bond> bonds_at(const WorldState& world, const Eigen::VectorXd& v, std::span<const char> caught);
 
 /// Which joint is not what it should be at the end of a part; empty: none. v: its solution.
 std::string joint_fault(const WorldState& world, std::span<const Bond> bonds, const Eigen::VectorXd& v);

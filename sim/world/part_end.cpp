@@ -95,9 +95,7 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
     if (is_solved) {
         // Where a step is long for contacts, momentum that is given without them would grow from step to
         // step.
-        BodyPositions now{.x = state_.nodes_now(), .centres = {}};
-        now.centres = state_.centres_of(now.x);
-        ContactSolver::RigidResponse response = equations_.solver.response(v, missing, inertia, now);
+        ContactSolver::RigidResponse response = equations_.solver.response(v, missing, inertia, places);
         std::vector<RigidVector> gains;  // of velocities
         for (int b = 0; b < bodies; ++b)
             gains.emplace_back(state_.at(b).velocity_factor * response.motions[b]);
@@ -110,7 +108,7 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
                 missing[b].tail<3>() *= shares[b];
                 if (shares[b] == 0 && state_.is_joined(b)) missing[b].setZero();  // noise
             }
-            response = equations_.solver.response(v, missing, inertia, now);
+            response = equations_.solver.response(v, missing, inertia, places);
         }
         for (int b = 0; b < state_.body_count(); ++b) {
             SteppedBody& body = state_.at(b);

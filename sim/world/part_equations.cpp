@@ -25,7 +25,7 @@ Eigen::VectorXd PartSolve::stacked(Nodes (*velocities)(const WorldState&, const 
 
 /// The bonds of joints as seen from the iterate v.
 void PartSolve::find_bonds(const Eigen::VectorXd& v) {
-    equations_.bonds = bonds_at(world_, v);
+    equations_.bonds = bonds_at(world_, v, caught_);
     if (!world_.tendons.empty()) tendons_.bind(world_, equations_.bonds);
 }
 

@@ -174,10 +174,8 @@ bool PartSolve::goes_on_abruptly(const Eigen::VectorXd& v, std::span<const doubl
             abrupt[b] = 1;
     for (std::size_t b = 0; b < abrupt.size(); ++b)
         if (world_.bodies[b].velocity_factor > 1 && missed[b] > most_missed) abrupt[b] = 1;
-    if (std::ranges::find(abrupt, 1) == abrupt.end()) return false;
     add_joined(world_, abrupt);
-    take_backward_euler(world_, abrupt);
-    return true;
+    return take_backward_euler(world_, abrupt);
 }
 
 /// The elastic energy that deformable bodies that can turn get by doing so along straight ways from where

@@ -70,22 +70,35 @@ void measure_inner_forces(const WorldState& world, SteppedBody& body, double dt,
 
 /// Takes what holds nodes out of the forces that balanced the motion, so that inner forces alone are left
 /// there, too. They sum to what springs do: what they have instead, as the solver left it, is shared by the
-/// held nodes. holding: impulses of the solver, [held, 3]. springs: their impulse at the end, as the solver
-/// has it.
+/// held nodes, with its torque where all are held. holding: impulses of the solver, [held, 3]. springs: their
+/// impulses at the end, as the solver has them, [N, 3]. x: positions there.
 void take_holding(WorldState& world, const JointForces& joints, int index, const Nodes& holding,
-                  const Eigen::RowVector3d& springs) {
+                  const Nodes& springs, const Nodes& x) {
     SteppedBody& body = world.at(index);
     const auto [dt, factor] = world.step_of(body);
     const std::vector<int>& held = body.before->held;
     body.holding = holding;
     if (held.empty()) return;
     body.inner_forces(held, Eigen::all) -= factor / dt * holding;
-    Eigen::RowVector3d left = dt / factor * body.inner_forces.colwise().sum();
-    if (body.start.impulses.rows() > 0)
-        left +=
-            body.start.impulses.colwise().sum() - (1 - 1 / factor) * dt * body.outer_before.colwise().sum();
-    left -= springs + joints.earlier_on(world, index).linear.transpose();
-    body.holding.rowwise() += left / static_cast<double>(held.size());
+    const ElasticBody& elastic = *body.elastic;
+    const Momentum end = outer_load(elastic, x, {.forces = dt / factor * body.inner_forces - springs}),
+                   earlier = joints.earlier_on(world, index);
+    RigidVector left;
+    left << end.linear - earlier.linear, end.angular - earlier.angular;
+    if (body.start.impulses.rows() > 0) {
+        const Momentum start =
+            outer_load(elastic, body.state.x,
+                       {.forces = body.start.impulses - (1 - 1 / factor) * dt * body.outer_before});
+        left.head<3>() += start.linear;
+        left.tail<3>() += start.angular;
+    }
+    if (std::ssize(held) < x.rows()) {
+        body.holding.rowwise() += left.head<3>().transpose() / static_cast<double>(held.size());
+        return;
+    }
+    BodyState moved{x, Nodes::Zero(x.rows(), 3)};
+    add_motion(elastic, rigid_inertia(elastic, x).ldlt().solve(left), moved);
+    body.holding += elastic.mass_product(moved.v)(held, Eigen::all);
 }
 
 }  // namespace
@@ -136,12 +149,15 @@ void add_joined(const WorldState& world, std::vector<char>& some) {
     for (int b = 0; b < world.body_count(); ++b) some[b] = has_some[groups.group_of(b)];
 }
 
-void take_backward_euler(WorldState& world, std::span<const char> abrupt) {
+bool take_backward_euler(WorldState& world, std::span<const char> abrupt) {
+    bool is_new = false;
     for (std::size_t b = 0; b < abrupt.size(); ++b) {
         if (!abrupt[b] || world.is_held_throughout(world.bodies[b])) continue;
+        is_new = is_new || world.bodies[b].velocity_factor > 1;
         world.bodies[b].start = StepStart(world.bodies[b].state);
         world.bodies[b].velocity_factor = 1;
     }
+    return is_new;
 }
 
 void forget_rates(SteppedBody& body) {
@@ -258,7 +274,7 @@ void advance(WorldState& world, const JointForces& joints, const StepSystem& sys
     if (!body.drags.empty()) body.inner_forces -= drag_forces(body, w);
     if (!body.springs.empty()) body.inner_forces -= spring_forces(world, body, w);
     if (body.start.impulses.rows() > 0) body.inner_forces -= factor / dt * body.start.impulses;
-    take_holding(world, joints, index, holding, world.part_of(index, all - impulses).colwise().sum());
+    take_holding(world, joints, index, holding, world.part_of(index, all - impulses), x);
     const std::vector<int>& held = body.before->held;
     const Nodes solved = now(held, Eigen::all);
     for (const int node : held) now.row(node) = (x.row(node) - body.state.x.row(node)) / dt;

@@ -27,8 +27,9 @@ void choose_steps(WorldState& world, JointForces& joints, std::span<const double
 /// some: [bodies].
 void add_joined(const WorldState& world, std::vector<char>& some);
 
-/// Lets bodies take a step of backward Euler from their state as it is. abrupt: [bodies].
-void take_backward_euler(WorldState& world, std::span<const char> abrupt);
+/// Lets bodies take a step of backward Euler from their state as it is, but for those that are held
+/// throughout. abrupt: [bodies]. Returns whether one of them took another one before.
+bool take_backward_euler(WorldState& world, std::span<const char> abrupt);
 
 /// Takes the rates before the step of a body to be as now, which its last step is no guide to.
 void forget_rates(SteppedBody& body);

@@ -141,7 +141,7 @@ World pendulum_world(const PhysicsCase& c) {
     return world;
 }
 
-PhysicsOutcome pendulum(const PhysicsCase& c) {
+PhysicsOutcome jointed_pendulum(const PhysicsCase& c) {
     World world = pendulum_world(c);
     double first = 0, last = 0, before = 0;
     for (int crossings = 0; crossings < 3;) {
@@ -240,7 +240,7 @@ std::vector<PhysicsCheck> joined_checks() {
         {"rigid_pendulum",
          "A rigid bar on a ball joint, or a body on a cord, swings by half a radian with the period of the "
          "elliptic integral.",
-         "period, s", 0.005, all_cases(bars, 5, resolved), pendulum},
+         "period, s", 0.005, all_cases(bars, 5, resolved), jointed_pendulum},
         {"rigid_pendulum_energy", "In three swings it keeps its energy.", "change, by that of a swing", 0.02,
          all_cases(bars, 5, resolved), pendulum_energy},
         {"chain_energy",

@@ -101,7 +101,7 @@ class Cubes : public testing::Test {
         ContactSolver solver({});
         const std::vector<TimeStep> steps(shapes.size(), dt);
         solver.begin(contacts_, {}, shapes, first_unknown_, 1e-4, steps, v, false);
-        return solver.response(v, impulses, inertia_, at_);
+        return solver.response(v, impulses, inertia_, {.starts = at_, .middles = at_, .ends = at_});
     }
 
     Eigen::Vector3d corner_at(int vertex) const { return embedded(body_.W, at_.x[0]).row(vertex); }
