@@ -43,6 +43,8 @@ struct MovingFeatures {
     std::array<Eigen::Vector3d, 4> begin, end;
 
     AxisGaps axis_gaps() const;
+    /// As AxisGaps::in_motion, along the line of their closest points at the begin; 0 if they meet there.
+    double gap_along_line(const ClosestPoints& closest) const;
     /// Less than their distance at any time: that at the begin less relative_motion().
     double gap_by_approach() const;
     /// The largest motion of a corner of one relative to a corner of the other.
@@ -50,10 +52,6 @@ struct MovingFeatures {
     /// Whether they may press where they do so within `reach`, metres: by the tight bounds they come within
     /// near_share of it, and by their approach within it if that leads straight to each other.
     bool may_press(double reach) const;
-
- private:
-    /// As AxisGaps::in_motion, along the line of their closest points at the begin; 0 if they meet there.
-    double gap_along_line(const ClosestPoints& closest) const;
 };
 
 MovingFeatures moving_features(const FeaturePair& pair, const std::vector<MovingSurface>& surfaces);

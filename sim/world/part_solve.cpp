@@ -24,14 +24,15 @@ namespace nbd {
 namespace {
 
 constexpr int max_linearisations = 30;  // unless the step's config allows several itself
+constexpr int firm_linearisations = 8;  // in which a balance is sought as if it were asked for
 /// Of a body's impulses, by which those of contacts may be off. Where these change from feature to feature
 /// with every linearisation they come no nearer, so that each allows twice as much as the one before.
 constexpr double contact_share = 0.1;
 /// Of the kinetic energy of a body, which turning may give it in elastic energy; likewise.
 constexpr double turns_share = 1e-5;
-/// Of the kinetic energy of a body and of what its elastic energy changes by, which a linearisation may miss
-/// of the latter; likewise, up to the second. Steps of usual scenes miss less than the first.
-constexpr double first_missed = 1e-3, most_missed = 0.03;
+/// Of the kinetic energy of a body and of what its elastic energy changes by, that a body may gain without a
+/// reason, and that a linearisation may miss before a balance is sought.
+constexpr double most_gained = 1e-3, most_missed = 0.01;
 constexpr double first_gas_error = 1e-3;     // of absolute pressures, likewise
 constexpr double first_follow_error = 0.01;  // of the forces of loads that follow, likewise
 constexpr double first_drag_error = 0.02;    // of what winds do, likewise
@@ -50,13 +51,16 @@ std::string out_of_balance(double error, double allowed) {
                        allowed);
 }
 
-/// Whether an obstacle turns, grows or deforms between two times, and bodies on it with it.
-bool turns(std::span<const Obstacle> obstacles, double begin, double end) {
-    return std::ranges::any_of(obstacles, [&](const Obstacle& obstacle) {
+/// Which obstacles turn, grow or deform in a part, and bodies on them with them.
+std::vector<char> turning_obstacles(const WorldState& world) {
+    const double begin = world.time, end = world.end();
+    std::vector<char> turning;
+    for (const Obstacle& obstacle : world.obstacles) {
         const Keyframe now = obstacle.motion.keyframe_at(begin), then = obstacle.motion.keyframe_at(end);
-        return now.rotation != then.rotation || now.scale != then.scale ||
-               (obstacle.frames && !obstacle.frames->stand(begin, end));
-    });
+        turning.push_back(now.rotation != then.rotation || now.scale != then.scale ||
+                          (obstacle.frames && !obstacle.frames->stand(begin, end)));
+    }
+    return turning;
 }
 
 }  // namespace
@@ -99,6 +103,7 @@ std::vector<Contact> PartSolve::contacts_at(const Eigen::VectorXd& v, double sha
                                             std::span<const ContactShape* const> shapes) {
     std::vector<Contact> contacts = barrier_.contacts(share);
     const Eigen::VectorXd lead = leads();
+    const double slip = slip_length();
     ContactTerms terms;
     for (std::size_t c = 0; c < contacts.size(); ++c) {
         Contact& contact = contacts[c];
@@ -107,7 +112,7 @@ std::vector<Contact> PartSolve::contacts_at(const Eigen::VectorXd& v, double sha
                               moved = terms.velocity(c, v) + led - progress * contact.wall_velocity;
         contact.gap -= dt_ * contact.normal.dot(moved);
         contact.wall_velocity -= led;
-        friction_.recall(contact, slip_length());
+        friction_.recall(contact, slip);
     }
     return contacts;
 }
@@ -163,7 +168,7 @@ double PartSolve::strain_of_turns(const Eigen::VectorXd& v) const {
 
 /// Whether bodies at v, to which the first linearisation of a part leads, would make energy or throw what is
 /// caught if they go on by what was before. They begin the part anew then, by backward Euler.
-bool PartSolve::goes_on_abruptly(const Eigen::VectorXd& v, std::span<const double> missed) {
+bool PartSolve::goes_on_abruptly(const Eigen::VectorXd& v) {
     std::vector<char> abrupt = caught_bodies(world_, equations_, v);
     add_joined(world_, abrupt);
     for (std::size_t b = 0; b < abrupt.size(); ++b) caught_[b] = caught_[b] || abrupt[b];
@@ -172,16 +177,22 @@ bool PartSolve::goes_on_abruptly(const Eigen::VectorXd& v, std::span<const doubl
         if (world_.at(b).velocity_factor > 1 && (pressed[b] || world_.is_joined(b)) &&
             strain_of_turn(b, v) > rigid_strain)
             abrupt[b] = 1;
-    for (std::size_t b = 0; b < abrupt.size(); ++b)
-        if (world_.bodies[b].velocity_factor > 1 && missed[b] > most_missed) abrupt[b] = 1;
     add_joined(world_, abrupt);
     return take_backward_euler(world_, abrupt);
 }
 
+/// The kinetic energy of a body at the unknown w about its centre, or that of a fall in the step.
+double PartSolve::inner_motion(int index, const Nodes& w) const {
+    const ElasticBody& body = *world_.at(index).elastic;
+    const Eigen::RowVector3d mean = body.node_masses().transpose() * w / body.mass();
+    const double fall = body.mass() * (world_.gravity_before * dt_).squaredNorm();
+    return std::max(kinetic_energy(body, w.rowwise() - mean), fall);
+}
+
 /// The elastic energy that deformable bodies that can turn get by doing so along straight ways from where
-/// they are linearised at `from`, as a share of their kinetic energy at `to` about their centres, or of that
-/// of a fall in the step: of the largest of all bodies. A straight way strains by half the square of the
-/// turn, which matters where sound crosses a body many times in a step.
+/// they are linearised at `from`, as a share of inner_motion() at `to`: of the largest of all bodies. A
+/// straight way strains by half the square of the turn, which matters where sound crosses a body many times
+/// in a step.
 double PartSolve::share_of_turns(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const {
     double largest = 0;
     for (int b = 0; b < world_.body_count(); ++b) {
@@ -190,18 +201,16 @@ double PartSolve::share_of_turns(const Eigen::VectorXd& from, const Eigen::Vecto
         const Nodes w = world_.part_of(b, to), x = world_.at(b).start.x + dt_ * world_.part_of(b, from);
         const Eigen::Vector3d turn = dt_ * angular_velocity(body, {.x = x, .v = w - world_.part_of(b, from)});
         const double strain = turn.squaredNorm() / 2, young = world_.at(b).contact_young,
-                     volume = body.mass() / body.material().density;
-        const Eigen::RowVector3d mean = body.node_masses().transpose() * w / body.mass();
-        const double fall = body.mass() * (world_.gravity_before * dt_).squaredNorm(),
-                     kinetic = std::max(kinetic_energy(body, w.rowwise() - mean), fall);
-        if (kinetic > 0) largest = std::max(largest, young * volume * strain * strain / 2 / kinetic);
+                     volume = body.mass() / body.material().density, motion = inner_motion(b, w);
+        if (motion > 0) largest = std::max(largest, young * volume * strain * strain / 2 / motion);
     }
     return largest;
 }
 
-/// Whether a body at the unknown w has more energy than loads explain, seen as it moved before: something
-/// pushes it, or it comes out of nothing. Costs little beside shares_missed().
-bool PartSolve::gains_energy(int index, const Nodes& w) const {
+/// Whether a body at the unknown w has more energy than the work of loads and impulses explains, seen as it
+/// moved before: it comes out of nothing. impulses: of contacts and bonds, stacked. Costs little beside
+/// share_missed().
+bool PartSolve::gains_energy(int index, const Nodes& w, const Eigen::VectorXd& impulses) const {
     const SteppedBody& body = world_.at(index);
     const ElasticBody& elastic = *body.elastic;
     const Eigen::VectorXd& masses = elastic.node_masses();
@@ -211,54 +220,70 @@ bool PartSolve::gains_energy(int index, const Nodes& w) const {
     const Loads outer = outer_end_loads(world_, body);
     double work = (masses.transpose() * way).dot(outer.gravity);
     if (outer.forces.rows() > 0) work += outer.forces.cwiseProduct(way).sum();
+    work += world_.part_of(index, impulses).cwiseProduct(way).sum() / dt_;
+    if (const std::vector<int> held = world_.prescribed(body, dt_).nodes; !held.empty())
+        work += holding_impulses(world_, equations_.systems[index], index, w, impulses)
+                    .cwiseProduct(way(held, Eigen::all))
+                    .sum() /
+                dt_;
     const double gained = elastic.measure(x).energy - body.energy,
                  kinetic = kinetic_energy(elastic, (body.velocity_factor * w).rowwise() - along),
                  before = kinetic_energy(elastic, body.state.v.rowwise() - along);
-    return kinetic - before + gained - work > first_missed * (kinetic + std::abs(gained));
+    return kinetic - before + gained - work > most_gained * (kinetic + std::abs(gained));
 }
 
-/// The elastic energy that bodies have at `to` beyond what their linearisation at `from` has told, as a share
-/// of their kinetic energy about their centres, or of that of a fall in the step, and of what their elastic
-/// energy changes by in it: [bodies]. What nobody has told is energy out of nothing. 0 of corotated bodies,
-/// which are linear but for their turns, see share_of_turns(), while held nodes are on their way, and of
-/// bodies that gain no energy or have gases, winds or muscles.
-std::vector<double> PartSolve::shares_missed(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const {
-    std::vector<double> shares(world_.bodies.size(), 0.0);
-    const auto measure = [&](int b) {
-        const SteppedBody& body = world_.at(b);
-        const ElasticBody& elastic = *body.elastic;
-        if (elastic.is_rigid() || elastic.material().law == MaterialLaw::corotated) return;
-        if (!body.gases.empty() || !body.drags.empty() || !body.springs.empty()) return;
-        const StepSystem& system = equations_.systems[b];
-        const Nodes w = world_.part_of(b, from), end = world_.part_of(b, to);
-        if (!gains_energy(b, end)) return;
-        const Loads outer = outer_end_loads(world_, body);
-        StepPotential potential(elastic, body.start, equations_.steps[b], outer, system.elements());
-        const Nodes change = end - w, sum = end + w;
-        for (Eigen::Index i = 0; i < change.rows(); ++i)
-            if (system.is_prescribed(static_cast<int>(i)) && !change.row(i).isZero(0)) return;
-        Nodes product(sum.rows(), 3);
-        const Eigen::Index size = sum.size();
-        Eigen::Map<Eigen::VectorXd> image(product.data(), size);
-        system.multiply(Eigen::Map<const Eigen::VectorXd>(sum.data(), size), image);
-        const double told =
-            Eigen::Map<const Eigen::VectorXd>(change.data(), size).dot(image / 2 - system.rhs());
-        const double before = potential.value(w), elastic_before = potential.elastic_energy(),
-                     after = potential.value(end), gained = potential.elastic_energy() - body.energy,
-                     missed = body.velocity_factor * (after - before - told);
-        const Eigen::RowVector3d mean = elastic.node_masses().transpose() * end / elastic.mass();
-        const double fall = elastic.mass() * (world_.gravity_before * dt_).squaredNorm(),
-                     energy =
-                         std::max(kinetic_energy(elastic, end.rowwise() - mean), fall) + std::abs(gained);
-        // Rounded positions are strained, too.
-        const double strain = rounding * (1 + body.state.x.cwiseAbs().maxCoeff() / body.shape->rest_diagonal),
-                     of_rounding =
-                         rounding * (std::abs(before) + std::abs(after) + elastic_before) +
-                         body.contact_young * elastic.mass() / elastic.material().density * strain * strain;
-        if (missed > of_rounding) shares[b] = missed / energy;
-    };
-    parallel_for(world_.body_count(), measure, 1);
-    return shares;
+/// By how much the potential of a body's step changes otherwise than its linearisation at `from` has told, up
+/// to `to`, as a share of inner_motion() and of what its elastic energy changes by in it. 0 of bodies that
+/// gain no energy.
+double PartSolve::share_missed(int index, const Eigen::VectorXd& from, const Eigen::VectorXd& to,
+                               const Eigen::VectorXd& impulses) const {
+    const SteppedBody& body = world_.at(index);
+    const ElasticBody& elastic = *body.elastic;
+    const Nodes end = world_.part_of(index, to);
+    if (elastic.is_rigid() || !gains_energy(index, end, impulses)) return 0;
+    const StepSystem& system = equations_.systems[index];
+    Nodes w = world_.part_of(index, from);
+    for (Eigen::Index i = 0; i < w.rows(); ++i)
+        if (system.is_prescribed(static_cast<int>(i))) w.row(i) = end.row(i);
+    const Nodes sum = end + w, change = end - w;
+    const Eigen::Index size = sum.size();
+    Eigen::VectorXd product(size);
+    system.multiply(Eigen::Map<const Eigen::VectorXd>(sum.data(), size), product);
+    const double told =
+        Eigen::Map<const Eigen::VectorXd>(change.data(), size).dot(product / 2 - system.rhs());
+    double of_matrix = 0;  // squared rounding of that: the matrix is in single precision
+    for (Eigen::Index i = 0; i < change.rows(); ++i)
+        of_matrix +=
+            std::pow(system.matrix().diagonal()[i].norm() * change.row(i).norm() * sum.row(i).norm(), 2);
+    const Loads outer = outer_end_loads(world_, body);
+    StepPotential potential(elastic, body.start, equations_.steps[index], outer, system.elements());
+    const double before = potential.value(w), elastic_before = potential.elastic_energy(),
+                 after = potential.value(end), gained = potential.elastic_energy() - body.energy;
+    double of_loads = excess_work(world_, body, w, end);
+    if (!body.winds.empty()) of_loads += drag_energy(world_, body, end) - drag_energy(world_, body, w);
+    const double missed = body.velocity_factor * std::abs(after - before + of_loads - told);
+    // Rounded positions are strained, too.
+    const double strain = rounding * (1 + body.state.x.cwiseAbs().maxCoeff() / body.shape->rest_diagonal),
+                 of_rounding =
+                     0x1p-22 * std::sqrt(of_matrix) +
+                     rounding * (std::abs(before) + std::abs(after) + elastic_before) +
+                     body.contact_young * elastic.mass() / elastic.material().density * strain * strain;
+    return missed > of_rounding ? missed / (inner_motion(index, end) + std::abs(gained)) : 0;
+}
+
+/// Whether a linearisation at `from` misses so much of the energy of a body at `to` that this makes energy.
+bool PartSolve::misses_energy(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const {
+    Eigen::VectorXd impulses = equations_.solver.impulses(to);
+    const std::vector<char> pressed = equations_.solver.pressed_bodies();
+    for (int b = 0; b < world_.body_count(); ++b)  // what a body does to itself explains no energy
+        if (!pressed[b] && !world_.is_joined(b))
+            impulses.segment(world_.first_unknown[b], world_.first_unknown[b + 1] - world_.first_unknown[b])
+                .setZero();
+    std::vector<char> misses(world_.bodies.size(), 0);
+    parallel_for(
+        world_.body_count(), [&](int b) { misses[b] = share_missed(b, from, to, impulses) > most_missed; },
+        1);
+    return std::ranges::find(misses, 1) != misses.end();
 }
 
 /// A part with contacts linearised at its start. Where they lead nowhere near an intersection and press at
@@ -273,9 +298,10 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
         given.push_back(world_.prescribed(body, dt_));
     }
     // One linearisation stretches a body that turns, which friction on an obstacle that turns it holds back.
-    // Then a balance is sought, too, but less and less of one.
-    const bool is_asked = world_.config.step.newton_iterations > 1,
-               is_newton = is_asked || turns(world_.obstacles, world_.time, world_.end());
+    // Then, and where a linearisation misses energy, a balance is sought, too, but less and less of one.
+    const bool is_asked = world_.config.step.newton_iterations > 1;
+    bool is_newton = is_asked, begins = true;
+    const std::vector<char> turning = turning_obstacles(world_);
     const int most = is_asked ? world_.config.step.newton_iterations : max_linearisations;
     report.solver_converged = true;
     is_abrupt_ = false;
@@ -288,34 +314,45 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
     constexpr const char* too_large = "the velocities of the step are too large, or not finite";
     if (!leads_somewhere(dt_, to)) return {.reason = too_large, .fatal = true};
     look(v, to, given_ways.obstacles, report);
-    Eigen::VectorXd linearised_at = stacked(&first_iterate, given);
+    const Eigen::VectorXd first = stacked(&first_iterate, given);
+    Eigen::VectorXd linearised_at = first;
     double share = 0, moved = 0;
     std::string left_open;
     double allowed_strain = rigid_strain, allowed_turns = turns_share, allowed_of_loads = first_follow_error,
-           allowed_of_gases = first_gas_error, allowed_of_winds = first_drag_error,
-           allowed_missed = first_missed;
-    double allowed = is_newton ? world_.config.step.newton_tolerance : contact_share;
+           allowed_of_gases = first_gas_error, allowed_of_winds = first_drag_error;
+    double allowed = is_asked ? world_.config.step.newton_tolerance : contact_share;
+    int firm = 0;
+    const auto seek_balance = [&](int firm_up_to) {
+        is_newton = begins = true;
+        firm = firm_up_to;
+        allowed = world_.config.step.newton_tolerance;
+    };
     for (int k = 0;; ++k) {
         stop_if_asked();
         timed(report.detect_us, "detect",
               [&] { equations_.contacts = contacts_at(v, share, given_ways.obstacles, shapes); });
         find_bonds(v);
+        if (!is_newton && std::ranges::any_of(equations_.contacts, [&](const Contact& contact) {
+                return contact.obstacle >= 0 && turning[contact.obstacle];
+            })) {
+            seek_balance(k);
+        }
+        const bool begun = std::exchange(begins, false);
         timed(report.solve_us, "solve", [&] {
-            if (k > 0)
-                equations_.solver.set_contacts(equations_.contacts, equations_.bonds, v);
-            else
+            if (begun)
                 equations_.solver.begin(equations_.contacts, equations_.bonds, shapes, world_.first_unknown,
-                                        world_.config.contact.tolerance, equations_.steps, linearised_at,
-                                        is_newton);
+                                        world_.config.contact.tolerance, equations_.steps, first, is_newton);
+            else
+                equations_.solver.set_contacts(equations_.contacts, equations_.bonds, v);
         });
-        if (is_newton && k > 0 && given_ways.are_gone()) {
+        if (is_newton && !begun && given_ways.are_gone()) {
             const double error = residual(v);
             if (error <= allowed) {
                 fell_short_of_.resize(0);
                 return {};
             }
             left_open = out_of_balance(error, allowed);
-            if (!is_asked) allowed *= 2;
+            if (!is_asked && k >= firm) allowed *= 2;
         }
         if (k == most || (k > 0 && share < least_progress)) break;
         if (k > 0) linearised_at = v;
@@ -331,12 +368,14 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
         ++report.newton_iterations;
         report.solver_iterations += solved.linear_iterations;
         if (!leads_somewhere(dt_, to)) return {.reason = too_large, .fatal = true};
-        const std::vector<double> missed =
-            is_newton ? std::vector<double>(world_.bodies.size(), 0.0) : shares_missed(linearised_at, to);
-        const double worst_missed = missed.empty() ? 0 : std::ranges::max(missed);
-        if (k == 0 && goes_on_abruptly(to, missed)) {
+        if (k == 0 && goes_on_abruptly(to)) {
             is_abrupt_ = true;
             return {.reason = "a body turns abruptly, or is caught"};
+        }
+        const double turned = share_of_turns(linearised_at, to), follow_off = follow_error(world_, to);
+        if (!is_newton && turned <= allowed_turns && follow_off <= allowed_of_loads &&
+            misses_energy(linearised_at, to)) {
+            seek_balance(k + firm_linearisations);
         }
         fell_short_of_ = to;
         const double trusted = trusted_share(v, to);
@@ -352,12 +391,10 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
                 left_open = "contacts that press and let go in turn";
             else if (strain_of_turns(to) > allowed_strain)
                 left_open = "a rigid body that turns too far";
-            else if (share_of_turns(linearised_at, to) > allowed_turns)
+            else if (turned > allowed_turns)
                 left_open =
                     "a body that turns too far in a step for how stiff it is; it may as well be rigid";
-            else if (worst_missed > allowed_missed)
-                left_open = "a body whose elastic energy is far from what was solved for";
-            else if (follow_error(world_, to) > allowed_of_loads)
+            else if (follow_off > allowed_of_loads)
                 left_open = "loads that follow a body which moves too far";
             else if (gases_.error(world_, to) > allowed_of_gases)
                 left_open = "gases whose pressures do not fit their volumes";
@@ -372,12 +409,11 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
             if (error > allowed) allowed *= 2;
             allowed_strain *= 2;
             allowed_turns = std::min(2 * allowed_turns, 1.0);
-            allowed_missed = std::min(2 * allowed_missed, most_missed);
             allowed_of_loads *= 2;
             allowed_of_gases *= 2;
             allowed_of_winds *= 2;
         }
-        if ((k > 0 || worst_missed > most_missed) && given_ways.are_gone()) share = search_line(v, to, share);
+        if ((k > 0 || begins) && given_ways.are_gone()) share = search_line(v, to, share);
         v += share * (to - v);
         to = v;
         given_ways.go(share, trusted);

@@ -66,10 +66,13 @@ class PartSolve {
     double trusted_share(const Eigen::VectorXd& v, const Eigen::VectorXd& to) const;
     double strain_of_turn(int body, const Eigen::VectorXd& v) const;
     double strain_of_turns(const Eigen::VectorXd& v) const;
-    bool goes_on_abruptly(const Eigen::VectorXd& v, std::span<const double> missed);
+    bool goes_on_abruptly(const Eigen::VectorXd& v);
+    double inner_motion(int body, const Nodes& w) const;
     double share_of_turns(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const;
-    bool gains_energy(int body, const Nodes& w) const;
-    std::vector<double> shares_missed(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const;
+    bool gains_energy(int body, const Nodes& w, const Eigen::VectorXd& impulses) const;
+    double share_missed(int body, const Eigen::VectorXd& from, const Eigen::VectorXd& to,
+                        const Eigen::VectorXd& impulses) const;
+    bool misses_energy(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const;
     Rejection solve(Eigen::VectorXd& v, WorldReport& report);
     void look(const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress, WorldReport& report);
     double propose(const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress, WorldReport& report);

@@ -36,6 +36,10 @@ double least_distance(const MovingFeatures& features) {
     return least;
 }
 
+double gap_along_line(const MovingFeatures& features) {
+    return features.gap_along_line(closest_points(features.kind, features.begin));
+}
+
 MovingFeatures moved_along(MovingFeatures features, const Eigen::Vector3d& by) {
     for (Eigen::Vector3d& end : features.end) end += by;
     return features;
@@ -50,10 +54,12 @@ TEST(MovingFeatures, AreNeverNearerThanTheirGaps) {
             for (int i = 0; i < 400; ++i) {
                 const auto kind = i % 2 == 0 ? FeatureKind::vertex_face : FeatureKind::edge_edge;
                 const MovingFeatures features = random_features(kind, size, origin, random);
-                const double least = least_distance(features);
-                EXPECT_LE(features.gap_along_axes(), least + rounding);
-                EXPECT_LE(features.gap_along_shortest_line(), least + rounding);
-                EXPECT_LE(features.gap_by_approach(), features.gap_along_shortest_line() + rounding);
+                const double least = least_distance(features), along_line = gap_along_line(features);
+                EXPECT_LE(features.axis_gaps().in_motion, least + rounding);
+                EXPECT_LE(features.axis_gaps().at_begin,
+                          closest_points(kind, features.begin).distance + rounding);
+                EXPECT_LE(along_line, least + rounding);
+                EXPECT_LE(features.gap_by_approach(), along_line + rounding);
                 EXPECT_TRUE(features.may_press(least + 2 * rounding));
                 ++(features.may_press(0.25 * least - rounding) ? near : far);
             }
@@ -68,8 +74,8 @@ TEST(MovingFeatures, DoNotComeNearerByAMotionInCommon) {
         const auto kind = i % 2 == 0 ? FeatureKind::vertex_face : FeatureKind::edge_edge;
         const MovingFeatures features = random_features(kind, 0.01, 0, random),
                              carried = moved_along(features, {80, -60, 5});
-        EXPECT_NEAR(carried.gap_along_axes(), features.gap_along_axes(), 1e-12);
-        EXPECT_NEAR(carried.gap_along_shortest_line(), features.gap_along_shortest_line(), 1e-12);
+        EXPECT_NEAR(carried.axis_gaps().in_motion, features.axis_gaps().in_motion, 1e-12);
+        EXPECT_NEAR(gap_along_line(carried), gap_along_line(features), 1e-12);
         EXPECT_NEAR(carried.relative_motion(), features.relative_motion(), 1e-12);
     }
     MovingFeatures sliding{.kind = FeatureKind::vertex_face, .begin = {}, .end = {}};
@@ -77,7 +83,7 @@ TEST(MovingFeatures, DoNotComeNearerByAMotionInCommon) {
                      Eigen::Vector3d(0, 1, 0)};
     sliding.end = sliding.begin;
     sliding.end[0] += Eigen::Vector3d(0.3, 0.1, 0.02);
-    EXPECT_DOUBLE_EQ(sliding.gap_along_shortest_line(), 0.1);
+    EXPECT_DOUBLE_EQ(gap_along_line(sliding), 0.1);
     EXPECT_LT(sliding.gap_by_approach(), -0.2);
 }
 

@@ -300,13 +300,11 @@ TEST(BodyLoads, PressureAllAroundASlenderBodyMakesNoEnergy) {
         {.nodes = test::nodes_where(body.state.x, [](const Eigen::Vector3d& x) { return x.x() < -0.499; })});
     body.loads = {{.kind = LoadKind::pressure, .pressure = 1e5}};
     world.add_body(std::move(body));
-    WorldReport report;
     for (int step = 0; step < 100; ++step) {
-        report = world.step(0.05);
+        const WorldReport report = world.step(0.05);
         ASSERT_EQ(report.failure, "") << step;
-        ASSERT_LT(report.kinetic_energy, 1) << step;  // of 3 J by which it is pressed in the end
+        ASSERT_LT(report.kinetic_energy, step < 50 ? 1 : 0.1) << step;  // of 3 J by which it is pressed
     }
-    EXPECT_LT(report.kinetic_energy, 0.01 * report.elastic_energy);
 }
 
 TEST(BodyLoads, GoOnAfterARestoreWithTheSameBits) {

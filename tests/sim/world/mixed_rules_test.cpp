@@ -76,6 +76,71 @@ TEST(MixedRules, AHeldBaseConnectsNothing) {
     EXPECT_LT((swing(40) - swing(0)).norm(), 1e-3);
 }
 
+/// A base that grips move has a rule of its own: what hangs on it and spins goes by another one.
+Grip moving(const std::vector<int>& nodes, const Eigen::Vector3d& way, double time) {
+    return {
+        .nodes = nodes,
+        .motion = {.keyframes = {{.to_next = Interpolation::linear}, {.time = time, .translation = way}}}};
+}
+
+/// Nothing pulls at what goes along with it.
+TEST(MixedRules, ADamperOnABaseThatMovesLeavesWhatGoesAlong) {
+    const Model block = test::rigid_block({0.1, 0.1, 0.1});
+    const Eigen::Vector3d along(3, 0, 0);
+    for (const double spin : {0.0, 40.0}) {
+        World world(test::without_gravity());
+        WorldBody rotor = body_that_spins(block, {1, 0, 0}, {0, spin, 0}), base = block.at({0, 0, 0});
+        for (Nodes* v : {&rotor.state.v, &base.state.v}) v->rowwise() += along.transpose();
+        base.grips = {moving({0, 1, 2, 3}, along, 1)};
+        world.add_body(std::move(rotor));
+        world.add_body(std::move(base));
+        world.add_joint(
+            {.a = 0, .b = 1, .kind = SliderJoint{.axis = along.normalized(), .way = {.damping = 20}}});
+        for (int s = 0; s < 50; ++s) {
+            ASSERT_EQ(world.step(0.01).failure, "");
+            ASSERT_NEAR(test::linear_momentum(world, 0).x() / block.elastic->mass(), 3, 1e-3) << s;
+        }
+    }
+}
+
+/// What holds it bears force and torque of what hangs on it.
+TEST(MixedRules, AHeldBaseBearsTheTorqueOfASpringOnARotor) {
+    const Model base = test::rigid_block({1, 0.1, 0.1}), rotor = test::rigid_block({0.1, 0.1, 0.1});
+    for (const double spin : {0.0, 40.0}) {
+        World world(test::without_gravity());
+        WorldBody held = base.at({0, 0, 0});
+        held.grips = {Grip{.nodes = {0, 1, 2, 3}}};
+        world.add_body(std::move(held));
+        world.add_body(body_that_spins(rotor, {0.5, 1, 0}, {spin, 0, 0}));
+        world.add_joint(
+            {.a = 1,
+             .b = 0,
+             .kind = CordJoint{.from = {0.5, 1, 0}, .to = {0.5, 0, 0}, .stiffness = 50, .length = 0.5}});
+        for (int s = 0; s < 30; ++s) {
+            ASSERT_EQ(world.step(0.01).failure, "");
+            Eigen::Vector3d force = Eigen::Vector3d::Zero(), torque = force;
+            for (const Reaction& one : world.reactions())
+                if (one.body == 0) force += one.force, torque += one.torque;
+            ASSERT_LT(force.norm(), 1e-6) << spin << ' ' << s;
+            ASSERT_LT(torque.norm(), 0.5) << spin << ' ' << s;  // of 12 N m; arms are of one time
+        }
+    }
+}
+
+/// A taut rope on a body that is held throughout catches nothing, again and again: the steps end.
+TEST(MixedRules, ARopeThatCannotCatchAHeldBodyEndsItsSteps) {
+    const Model block = test::rigid_block({0.1, 0.1, 0.1});
+    World world(WorldConfig{});
+    WorldBody body = block.at({0, 0, 0});
+    body.grips = {moving({0, 1, 2, 3}, {1, 0, 0}, 1)};
+    world.add_body(std::move(body));
+    CordJoint rope{.from = {0.05, 0, 0}, .to = {-0.5, 0, 0}, .length = 0.6};
+    rope.pulls_only = true;
+    world.add_joint({.name = "rope", .a = 0, .kind = rope});
+    for (int s = 0; s < 30; ++s) ASSERT_EQ(world.step(0.01).failure, "");
+    EXPECT_NEAR(test::centre_of_mass(world, 0).x(), 0.3, 1e-9);
+}
+
 class Bystander : public ::testing::TestWithParam<std::tuple<double, double>> {};
 
 /// What happens ten sizes away leaves a body alone, but for how often steps are linearised: four hundredths
