@@ -48,7 +48,7 @@ class NearFeatureSearch::MovingFaces {
                             Extent(begin_[3], begin_[4], begin_[5]), Extent(end_[3], end_[4], end_[5]));
         if (gaps.in_motion > near_share * most_reach + room) return false;
         const double most = most_reach + room + relative_motion();
-        return gaps.at_begin <= most && gap_between_middles() <= most;
+        return !(gaps.at_begin > most || gap_between_middles() > most);
     }
     bool have_common_vertex(FeatureKind kind, const PlacesInFaces& places) const {
         if (&s_ != &t_) return false;

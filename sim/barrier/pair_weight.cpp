@@ -62,8 +62,8 @@ void Lean::add_edge(const MovingSurface& surface, int edge, double share) {
     }
 }
 
-/// What the ends of an edge, from u to w, leave to it of what presses a point: as much as
-/// Lean::weight() takes from them.
+/// What the ends of an edge, from u to w, leave to it of what presses a point: as much as Lean::weight()
+/// takes from them.
 double share_of_inside(const Eigen::Vector3d& u, const Eigen::Vector3d& w, const Eigen::Vector3d& point) {
     const Eigen::Vector3d along = (w - u).stableNormalized();
     const double of_u = along.dot((point - u).stableNormalized()),
