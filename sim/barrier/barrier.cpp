@@ -328,7 +328,7 @@ Eigen::Vector3d Barrier::motion(const SurfacePoint& point) const {
 std::vector<Contact> Barrier::contacts(double share) {
     measure(share);
     weights_.assign(feature_pairs(), 1);
-    const bool is_start = is_guess_ && share == 0;
+    const double rise = is_guess_ && share == 0 ? rise_share : std::numeric_limits<double>::infinity();
     for_each_near([&](const auto& near, std::size_t i) {
         if constexpr (is_of_meshes<decltype(near)>) {
             const auto may_press = [&] {
@@ -337,8 +337,7 @@ std::vector<Contact> Barrier::contacts(double share) {
             };
             weights_[i] = 0;
             if (distances_[i] < near_share * near.reach || (share < 1 && may_press()))
-                weights_[i] = is_start ? pair_weight(near.pair, surfaces_, share, rise_share * near.reach)
-                                       : pair_weight(near.pair, surfaces_, share);
+                weights_[i] = pair_weight(near.pair, surfaces_, share, rise * near.reach);
         }
     });
     std::vector<Contact> result;

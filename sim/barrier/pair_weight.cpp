@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "sim/barrier/edge_mollifier.hpp"
 
@@ -117,7 +118,7 @@ double pair_weight(const FeaturePair& pair, const std::vector<MovingSurface>& su
     if (pair.surface_a == pair.surface_b || weight == 0) return weight;
     const ClosestPoints nearest = closest_points(pair.kind, x);
     Eigen::Vector3d motion = Eigen::Vector3d::Zero();  // of a relative to b, where they are nearest
-    for (std::size_t k = 0, of_a = corners_of_a(pair.kind); k < 4; ++k) {
+    for (std::size_t k = 0, of_a = corners_of_a(pair.kind); k < 4 && std::isfinite(most_rise); ++k) {
         const MovingSurface& surface = surfaces[at[k].surface];
         const double w = k < of_a ? nearest.weights_a[k] : -nearest.weights_b[k - of_a];
         motion += w * (surface.end(at[k].vertex) - surface.begin(at[k].vertex)).transpose();

@@ -372,7 +372,8 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
             is_abrupt_ = true;
             return {.reason = "a body turns abruptly, or is caught"};
         }
-        const double turned = share_of_turns(linearised_at, to), follow_off = follow_error(world_, to);
+        const double turned = is_newton ? 0 : share_of_turns(linearised_at, to),
+                     follow_off = is_newton ? 0 : follow_error(world_, to);
         if (!is_newton && turned <= allowed_turns && follow_off <= allowed_of_loads &&
             misses_energy(linearised_at, to)) {
             seek_balance(k + firm_linearisations);
