@@ -49,7 +49,9 @@ std::vector<ContactSolver::Touch> ContactSolver::touches(const Eigen::VectorXd& 
         if (!presses(c) || pair[0] == pair[1] || !(moves(pair[0]) || moves(pair[1]))) continue;
         Touch touch{.contact = c, .motion = {}, .R = operators_[c].A, .along = Eigen::Vector3d::Zero()};
         // Both arms are of one point, so that what a pair gets sums to nothing.
-        const BodyPositions& where = c < contacts_.size() ? at.ends : place_of(c, at);
+        const bool is_middle =
+            c >= contacts_.size() && bonds_[c - contacts_.size()].acts_at == Bond::Time::middle;
+        const BodyPositions& where = is_middle ? at.middles : at.ends;
         const Eigen::Vector3d point = terms_.acts_at(c, where);
         for (const std::size_t k : {0u, 1u})
             touch.motion[k] = moves(pair[k]) ? motion_at(point - where.centres[number(pair[k])])

@@ -144,7 +144,7 @@ Eigen::MatrixXd GasSolve::first_response(const WorldState& world,
 }
 
 ContactSolveReport GasSolve::solve(WorldState& world, StepEquations& equations, Eigen::VectorXd& v) {
-    auto& [systems, steps, shapes, contacts, bonds, solver] = equations;
+    auto& [systems, steps, shapes, contacts, bonds, solver, are_balanced] = equations;
     if (gases_.empty()) return solver.solve(systems, v);
     constexpr double of_changes = 1e-3, of_absolute = 1e-7, poor = 100;
     const double of_pressures = 0.1 * std::min(1e-4, world.config.step.newton_tolerance);

@@ -36,18 +36,17 @@ Eigen::Vector3d way(const ContactTerms& terms, std::size_t bond, const WorldStat
     return sum;
 }
 
-/// Lets a cord pull along the mean of its directions at the start and the end of a step: along the last one
-/// alone it would take energy from what swings on it. Where it catches bodies, it pulls along that at the
-/// start, where its impulse acts in a step of backward Euler: so two bodies keep their angular momentum. From
-/// step to step that would make energy. start: Bond::difference there.
-void pull_along_mean(Bond& bond, const Eigen::Vector3d& start, bool catches) {
+/// Lets a cord pull along its direction at the start of a step, where its impulse acts in backward Euler, so
+/// that two bodies keep their angular momentum; or else along the mean of that and the one at the end: along
+/// the last one alone it would take energy from what swings on it. start: Bond::difference there.
+void pull_along(Bond& bond, const Eigen::Vector3d& start, bool from_start) {
     const double length = bond.difference.norm();
     const Eigen::Vector3d end = bond.difference.normalized();
     if (!((start.normalized() + end).norm() > 1)) return;  // turned by more than 120 degrees
-    if (catches) bond.acts_at = Bond::Time::start;
+    if (from_start) bond.acts_at = Bond::Time::start;
     // Twice as long as it may be, so that its stretch turns no faster with the direction than before.
     const Eigen::Vector3d along =
-        2 * length * (catches ? start.normalized() : (start.normalized() + end).normalized());
+        2 * length * (from_start ? start.normalized() : (start.normalized() + end).normalized());
     bond.law.length += along.norm() - length;
     bond.difference = along;
 }
@@ -61,6 +60,9 @@ std::vector<Bond> bonds_at(const WorldState& world, const Eigen::VectorXd& v, st
     const std::vector<Nodes> x = world.nodes_after(dt, v);
     for (std::size_t j = 0; j < world.joints.size(); ++j)
         if (!world.broken[j]) world.joints[j].add(x, world.time + dt, dt, found);
+    // On what is anchored, a pull along the start of each step of backward Euler would make energy; the
+    // impulse of a catch does not.
+    const std::vector<char> anchored = anchored_bodies(world);
     ContactTerms terms;
     for (std::size_t k = 0; k < found.size(); ++k) {
         terms.add(found[k], world.first_unknown);
@@ -68,9 +70,9 @@ std::vector<Bond> bonds_at(const WorldState& world, const Eigen::VectorXd& v, st
         const bool is_cord = world.tendon_of(bond.joint) >= 0 || (bond.law.is_radial() && !bond.is_spring);
         const double c = bond.velocity_factor = world.velocity_factor_of(bond.a.body, bond.b.body);
         if (!bond.is_spring && c > 1) bond.acts_at = Bond::Time::middle;
-        const bool catches = c == 1 && (caught[bond.a.body] || (bond.b.body >= 0 && caught[bond.b.body]));
-        if (is_cord && (c > 1 || catches))
-            pull_along_mean(bond, bond.difference - way(terms, k, world, x), catches);
+        const bool catches = caught[bond.a.body] || (bond.b.body >= 0 && caught[bond.b.body]);
+        if (is_cord && !world.config.statics && (c > 1 || catches || !anchored[bond.a.body]))
+            pull_along(bond, bond.difference - way(terms, k, world, x), c == 1);
         bond.difference -= dt * terms.velocity(k, v);
         if (c == 1)
             for (const CouplingTerm& t : terms.of(k)) {
@@ -224,7 +226,7 @@ Momentum JointForces::earlier_on(const WorldState& world, int body) const {
 void JointForces::add_reactions(const WorldState& world, const StepEquations& equations, double rate,
                                 const Eigen::VectorXd& v, std::span<const Eigen::Vector3d> more,
                                 const ImpulsePlaces& at, ReactionSums& reactions) const {
-    const auto& [systems, steps, shapes, contacts, bonds, solver] = equations;
+    const auto& [systems, steps, shapes, contacts, bonds, solver, are_balanced] = equations;
     std::vector<JointLoad> sums(world.joints.size());  // impulses, about the origin
     std::vector<MeanPlace> places(world.joints.size());
     for (std::size_t k = 0; k < bonds.size(); ++k) {
@@ -251,7 +253,7 @@ void JointForces::add_reactions(const WorldState& world, const StepEquations& eq
 }
 
 void JointForces::break_joints(WorldState& world, const StepEquations& equations, const Eigen::VectorXd& v) {
-    const auto& [systems, steps, shapes, contacts, bonds, solver] = equations;
+    const auto& [systems, steps, shapes, contacts, bonds, solver, are_balanced] = equations;
     const double dt = world.dt;
     std::vector<Eigen::Vector3d> forces(world.joints.size(), Eigen::Vector3d::Zero());
     for (std::size_t k = 0; k < bonds.size(); ++k)

@@ -81,7 +81,7 @@ std::string World::move(const StepPart& part, const Eigen::VectorXd& v, bool is_
         const Momentum loads = load_impulse(state_, b, ends[index]),
                        momentum = end_momentum(state_, joint_forces_, b, loads, of_contacts[index]);
         if (budget) budget->set_loads(b, loads);
-        advance(state_, joint_forces_, equations_.systems[b], b, state_.part_of(b, v), impulses, all);
+        advance(state_, joint_forces_, equations_, b, state_.part_of(b, v), impulses, all);
         const Momentum solved = momentum_of(*body.elastic, body.state);
         // Damping by mass takes its share of an impulse, too.
         const double lasting = 1 + dt * body.elastic->material().rayleigh_mass;
@@ -164,7 +164,7 @@ void World::come_to_rest(const StepPart& part, const Eigen::VectorXd& v, const B
         const Nodes w = state_.part_of(b, v);
         body.start.v = w;  // no mass resists what is balanced
         body.before = PastStep{.v = {}, .inner_forces = {}, .held = state_.prescribed(body, part.dt).nodes};
-        body.holding = holding_impulses(state_, equations_.systems[b], b, w, impulses);
+        body.holding = holding_impulses(state_, equations_, b, w, impulses);
         add_holding_reactions(whole, b, ends.x[b]);
         add_wind_reactions(state_, whole.share, b, w, ends.x[b], reactions_);
         body.before.reset();

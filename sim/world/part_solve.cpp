@@ -30,9 +30,6 @@ constexpr int firm_linearisations = 8;  // in which a balance is sought as if it
 constexpr double contact_share = 0.1;
 /// Of the kinetic energy of a body, which turning may give it in elastic energy; likewise.
 constexpr double turns_share = 1e-5;
-/// Of the kinetic energy of a body and of what its elastic energy changes by, that a body may gain without a
-/// reason, and that a linearisation may miss before a balance is sought.
-constexpr double most_gained = 1e-3, most_missed = 0.01;
 constexpr double first_gas_error = 1e-3;     // of absolute pressures, likewise
 constexpr double first_follow_error = 0.01;  // of the forces of loads that follow, likewise
 constexpr double first_drag_error = 0.02;    // of what winds do, likewise
@@ -147,25 +144,6 @@ double PartSolve::trusted_share(const Eigen::VectorXd& v, const Eigen::VectorXd&
     return std::min(share, share_of_cavities(world_, v, to));
 }
 
-/// How much a rigid body at v is strained by turning along straight ways from where it was linearised: by
-/// half the square of its turn, which a linearisation at v does not have. 0 of a body that deforms.
-double PartSolve::strain_of_turn(int body, const Eigen::VectorXd& v) const {
-    const SteppedBody& one = world_.at(body);
-    if (!one.elastic->is_rigid()) return 0;
-    const Nodes x = one.start.x + dt_ * world_.part_of(body, v);
-    const Eigen::Matrix3d R = equations_.systems[body].elements().R[0].lane(0),
-                          turn = R.transpose() * one.elastic->deformation_gradient(x, 0) -
-                                 Eigen::Matrix3d::Identity();
-    return (turn.transpose() * turn).norm() / 2;
-}
-
-/// The largest of all bodies.
-double PartSolve::strain_of_turns(const Eigen::VectorXd& v) const {
-    double largest = 0;
-    for (int b = 0; b < world_.body_count(); ++b) largest = std::max(largest, strain_of_turn(b, v));
-    return largest;
-}
-
 /// Whether bodies at v, to which the first linearisation of a part leads, would make energy or throw what is
 /// caught if they go on by what was before. They begin the part anew then, by backward Euler.
 bool PartSolve::goes_on_abruptly(const Eigen::VectorXd& v) {
@@ -181,111 +159,6 @@ bool PartSolve::goes_on_abruptly(const Eigen::VectorXd& v) {
     return take_backward_euler(world_, abrupt);
 }
 
-/// The kinetic energy of a body at the unknown w about its centre, or that of a fall in the step.
-double PartSolve::inner_motion(int index, const Nodes& w) const {
-    const ElasticBody& body = *world_.at(index).elastic;
-    const Eigen::RowVector3d mean = body.node_masses().transpose() * w / body.mass();
-    const double fall = body.mass() * (world_.gravity_before * dt_).squaredNorm();
-    return std::max(kinetic_energy(body, w.rowwise() - mean), fall);
-}
-
-/// The elastic energy that deformable bodies that can turn get by doing so along straight ways from where
-/// they are linearised at `from`, as a share of inner_motion() at `to`: of the largest of all bodies. A
-/// straight way strains by half the square of the turn, which matters where sound crosses a body many times
-/// in a step.
-double PartSolve::share_of_turns(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const {
-    double largest = 0;
-    for (int b = 0; b < world_.body_count(); ++b) {
-        const ElasticBody& body = *world_.at(b).elastic;
-        if (body.is_rigid() || !world_.can_turn(world_.at(b))) continue;
-        const Nodes w = world_.part_of(b, to), x = world_.at(b).start.x + dt_ * world_.part_of(b, from);
-        const Eigen::Vector3d turn = dt_ * angular_velocity(body, {.x = x, .v = w - world_.part_of(b, from)});
-        const double strain = turn.squaredNorm() / 2, young = world_.at(b).contact_young,
-                     volume = body.mass() / body.material().density, motion = inner_motion(b, w);
-        if (motion > 0) largest = std::max(largest, young * volume * strain * strain / 2 / motion);
-    }
-    return largest;
-}
-
-/// Whether a body at the unknown w has more energy than the work of loads and impulses explains, seen as it
-/// moved before: it comes out of nothing. impulses: of contacts and bonds, stacked. Costs little beside
-/// share_missed().
-bool PartSolve::gains_energy(int index, const Nodes& w, const Eigen::VectorXd& impulses) const {
-    const SteppedBody& body = world_.at(index);
-    const ElasticBody& elastic = *body.elastic;
-    const Eigen::VectorXd& masses = elastic.node_masses();
-    const Nodes x = body.start.x + dt_ * w;
-    const Eigen::RowVector3d along = masses.transpose() * body.state.v / elastic.mass();
-    const Nodes way = (x - body.state.x).rowwise() - dt_ * along;
-    const Loads outer = outer_end_loads(world_, body);
-    double work = (masses.transpose() * way).dot(outer.gravity);
-    if (outer.forces.rows() > 0) work += outer.forces.cwiseProduct(way).sum();
-    work += world_.part_of(index, impulses).cwiseProduct(way).sum() / dt_;
-    if (const std::vector<int> held = world_.prescribed(body, dt_).nodes; !held.empty())
-        work += holding_impulses(world_, equations_.systems[index], index, w, impulses)
-                    .cwiseProduct(way(held, Eigen::all))
-                    .sum() /
-                dt_;
-    const double gained = elastic.measure(x).energy - body.energy,
-                 kinetic = kinetic_energy(elastic, (body.velocity_factor * w).rowwise() - along),
-                 before = kinetic_energy(elastic, body.state.v.rowwise() - along);
-    return kinetic - before + gained - work > most_gained * (kinetic + std::abs(gained));
-}
-
-/// By how much the potential of a body's step changes otherwise than its linearisation at `from` has told, up
-/// to `to`, as a share of inner_motion() and of what its elastic energy changes by in it. 0 of bodies that
-/// gain no energy.
-double PartSolve::share_missed(int index, const Eigen::VectorXd& from, const Eigen::VectorXd& to,
-                               const Eigen::VectorXd& impulses) const {
-    const SteppedBody& body = world_.at(index);
-    const ElasticBody& elastic = *body.elastic;
-    const Nodes end = world_.part_of(index, to);
-    if (elastic.is_rigid() || !gains_energy(index, end, impulses)) return 0;
-    const StepSystem& system = equations_.systems[index];
-    Nodes w = world_.part_of(index, from);
-    for (Eigen::Index i = 0; i < w.rows(); ++i)
-        if (system.is_prescribed(static_cast<int>(i))) w.row(i) = end.row(i);
-    const Nodes sum = end + w, change = end - w;
-    const Eigen::Index size = sum.size();
-    Eigen::VectorXd product(size);
-    system.multiply(Eigen::Map<const Eigen::VectorXd>(sum.data(), size), product);
-    const double told =
-        Eigen::Map<const Eigen::VectorXd>(change.data(), size).dot(product / 2 - system.rhs());
-    double of_matrix = 0;  // squared rounding of that: the matrix is in single precision
-    for (Eigen::Index i = 0; i < change.rows(); ++i)
-        of_matrix +=
-            std::pow(system.matrix().diagonal()[i].norm() * change.row(i).norm() * sum.row(i).norm(), 2);
-    const Loads outer = outer_end_loads(world_, body);
-    StepPotential potential(elastic, body.start, equations_.steps[index], outer, system.elements());
-    const double before = potential.value(w), elastic_before = potential.elastic_energy(),
-                 after = potential.value(end), gained = potential.elastic_energy() - body.energy;
-    double of_loads = excess_work(world_, body, w, end);
-    if (!body.winds.empty()) of_loads += drag_energy(world_, body, end) - drag_energy(world_, body, w);
-    const double missed = body.velocity_factor * std::abs(after - before + of_loads - told);
-    // Rounded positions are strained, too.
-    const double strain = rounding * (1 + body.state.x.cwiseAbs().maxCoeff() / body.shape->rest_diagonal),
-                 of_rounding =
-                     0x1p-22 * std::sqrt(of_matrix) +
-                     rounding * (std::abs(before) + std::abs(after) + elastic_before) +
-                     body.contact_young * elastic.mass() / elastic.material().density * strain * strain;
-    return missed > of_rounding ? missed / (inner_motion(index, end) + std::abs(gained)) : 0;
-}
-
-/// Whether a linearisation at `from` misses so much of the energy of a body at `to` that this makes energy.
-bool PartSolve::misses_energy(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const {
-    Eigen::VectorXd impulses = equations_.solver.impulses(to);
-    const std::vector<char> pressed = equations_.solver.pressed_bodies();
-    for (int b = 0; b < world_.body_count(); ++b)  // what a body does to itself explains no energy
-        if (!pressed[b] && !world_.is_joined(b))
-            impulses.segment(world_.first_unknown[b], world_.first_unknown[b + 1] - world_.first_unknown[b])
-                .setZero();
-    std::vector<char> misses(world_.bodies.size(), 0);
-    parallel_for(
-        world_.body_count(), [&](int b) { misses[b] = share_missed(b, from, to, impulses) > most_missed; },
-        1);
-    return std::ranges::find(misses, 1) != misses.end();
-}
-
 /// A part with contacts linearised at its start. Where they lead nowhere near an intersection and press at
 /// the end as was solved for, it is done. If not, it goes as far as nothing collides, and is
 /// linearised there. v: out, the velocities at the end of the part.
@@ -298,10 +171,12 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
         given.push_back(world_.prescribed(body, dt_));
     }
     // One linearisation stretches a body that turns, which friction on an obstacle that turns it holds back.
-    // Then, and where a linearisation misses energy, a balance is sought, too, but less and less of one.
+    // A balance is sought then, too, but less and less of one. Where a linearisation makes energy, it is
+    // sought until none is made.
     const bool is_asked = world_.config.step.newton_iterations > 1;
     bool is_newton = is_asked, begins = true;
     const std::vector<char> turning = turning_obstacles(world_);
+    Tangent tangent = world_.config.step.tangent;
     const int most = is_asked ? world_.config.step.newton_iterations : max_linearisations;
     report.solver_converged = true;
     is_abrupt_ = false;
@@ -321,10 +196,9 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
     double allowed_strain = rigid_strain, allowed_turns = turns_share, allowed_of_loads = first_follow_error,
            allowed_of_gases = first_gas_error, allowed_of_winds = first_drag_error;
     double allowed = is_asked ? world_.config.step.newton_tolerance : contact_share;
-    int firm = 0;
-    const auto seek_balance = [&](int firm_up_to) {
-        is_newton = begins = true;
-        firm = firm_up_to;
+    int firm_up_to = -1;  // linearisations, of a balance that makes no energy
+    const auto seek_balance = [&] {
+        is_newton = begins = equations_.are_balanced = true;
         allowed = world_.config.step.newton_tolerance;
     };
     for (int k = 0;; ++k) {
@@ -335,7 +209,7 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
         if (!is_newton && std::ranges::any_of(equations_.contacts, [&](const Contact& contact) {
                 return contact.obstacle >= 0 && turning[contact.obstacle];
             })) {
-            seek_balance(k);
+            seek_balance();
         }
         const bool begun = std::exchange(begins, false);
         timed(report.solve_us, "solve", [&] {
@@ -347,17 +221,19 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
         });
         if (is_newton && !begun && given_ways.are_gone()) {
             const double error = residual(v);
-            if (error <= allowed) {
+            const bool is_firm = firm_up_to >= 0;
+            if (error <= allowed ||
+                (is_firm && k >= firm_up_to && error <= contact_share && !makes_energy(v))) {
                 fell_short_of_.resize(0);
                 return {};
             }
             left_open = out_of_balance(error, allowed);
-            if (!is_asked && k >= firm) allowed *= 2;
+            if (!is_asked && !is_firm) allowed *= 2;
+            if (is_firm && k >= 2 * firm_up_to) break;
         }
         if (k == most || (k > 0 && share < least_progress)) break;
         if (k > 0) linearised_at = v;
-        timed(report.assemble_us, "assemble",
-              [&] { build_systems(given, k > 0 ? &v : nullptr, world_.config.step.tangent); });
+        timed(report.assemble_us, "assemble", [&] { build_systems(given, k > 0 ? &v : nullptr, tangent); });
         const ContactSolveReport solved =
             timed(report.solve_us, "solve", [&] { return tendons_.solve(world_, equations_, gases_, to); });
         if (!solved.fallback.empty())
@@ -376,7 +252,9 @@ Rejection PartSolve::solve(Eigen::VectorXd& v, WorldReport& report) {
                      follow_off = is_newton ? 0 : follow_error(world_, to);
         if (!is_newton && turned <= allowed_turns && follow_off <= allowed_of_loads &&
             misses_energy(linearised_at, to)) {
-            seek_balance(k + firm_linearisations);
+            seek_balance();
+            firm_up_to = k + firm_linearisations;
+            if (tangent == Tangent::rotated) tangent = Tangent::full;
         }
         fell_short_of_ = to;
         const double trusted = trusted_share(v, to);
@@ -454,16 +332,8 @@ double PartSolve::search_line(const Eigen::VectorXd& v, const Eigen::VectorXd& t
                                   equations_.solver.friction_potential(at_s, world_.config.statics ? v : to),
                                   equations_.solver.bond_potential(at_s)};
         for (int b = 0; b < world_.body_count() && std::isfinite(terms.front()); ++b) {
-            const Loads outer = outer_end_loads(world_, world_.at(b));
-            const Nodes w = world_.part_of(b, v), w_at_s = world_.part_of(b, at_s);
-            terms.push_back(StepPotential(*world_.at(b).elastic, world_.at(b).start, equations_.steps[b],
-                                          outer, equations_.systems[b].elements())
-                                .value(w_at_s));
-            terms.push_back(excess_work(world_, world_.at(b), w, w_at_s));
-            if (!world_.at(b).gases.empty())
-                terms.push_back(gas_energy(world_.at(b), world_.at(b).start.x + dt_ * w_at_s, world_.end()) /
-                                equations_.steps[b].velocity_factor);
-            if (!world_.at(b).winds.empty()) terms.push_back(drag_energy(world_, world_.at(b), w_at_s));
+            const BodyPotential body = potential(b, world_.part_of(b, v), world_.part_of(b, at_s));
+            terms.insert(terms.end(), body.terms.begin(), body.terms.end());
         }
         return terms;
     };
@@ -494,6 +364,7 @@ std::string PartSolve::end_fault(const Eigen::VectorXd& v, WorldReport& report) 
 Rejection PartSolve::run(Eigen::VectorXd& v, WorldReport& report) {
     caught_.assign(world_.bodies.size(), 0);
     for (;;) {
+        equations_.are_balanced = world_.config.step.newton_iterations > 1;
         Rejection rejection = world_.config.statics ? balance(v, report) : solve(v, report);
         if (is_abrupt_) {
             tendons_.begin(world_.tendons.size());

@@ -64,20 +64,30 @@ class PartSolve {
                                      std::span<const ContactShape* const> shapes);
     double contact_error(const Eigen::VectorXd& v, std::span<const ContactShape* const> shapes);
     double trusted_share(const Eigen::VectorXd& v, const Eigen::VectorXd& to) const;
-    double strain_of_turn(int body, const Eigen::VectorXd& v) const;
-    double strain_of_turns(const Eigen::VectorXd& v) const;
     bool goes_on_abruptly(const Eigen::VectorXd& v);
-    double inner_motion(int body, const Nodes& w) const;
-    double share_of_turns(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const;
-    bool gains_energy(int body, const Nodes& w, const Eigen::VectorXd& impulses) const;
-    double share_missed(int body, const Eigen::VectorXd& from, const Eigen::VectorXd& to,
-                        const Eigen::VectorXd& impulses) const;
-    bool misses_energy(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const;
     Rejection solve(Eigen::VectorXd& v, WorldReport& report);
     void look(const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress, WorldReport& report);
     double propose(const Eigen::VectorXd& v, const Eigen::VectorXd& to, double progress, WorldReport& report);
     double search_line(const Eigen::VectorXd& v, const Eigen::VectorXd& to, double share);
     std::string end_fault(const Eigen::VectorXd& v, WorldReport& report);
+
+    // part_energy.cpp
+    /// Joules, up to a constant.
+    struct BodyPotential {
+        std::vector<double> terms;
+        double elastic = 0;  // energy
+    };
+    double strain_of_turn(int body, const Eigen::VectorXd& v) const;
+    double strain_of_turns(const Eigen::VectorXd& v) const;
+    double inner_motion(int body, const Nodes& w) const;
+    double share_of_turns(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const;
+    BodyPotential potential(int body, const Nodes& from, const Nodes& w) const;
+    Eigen::VectorXd outer_impulses(const Eigen::VectorXd& v) const;
+    bool gains_energy(int body, const Nodes& w, const Eigen::VectorXd& impulses) const;
+    double share_missed(int body, const Eigen::VectorXd& from, const Eigen::VectorXd& to,
+                        const Eigen::VectorXd& impulses) const;
+    bool misses_energy(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const;
+    bool makes_energy(const Eigen::VectorXd& v) const;
 
     // part_equations.cpp
     Eigen::VectorXd stacked(Nodes (*velocities)(const WorldState&, const SteppedBody&),

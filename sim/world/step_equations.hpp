@@ -15,6 +15,8 @@ struct StepEquations {
     std::vector<Contact> contacts{};
     std::vector<Bond> bonds{};
     ContactSolver solver;
+    /// Whether the unknowns that were found balance the bodies themselves, rather than a linearisation.
+    bool are_balanced = false;
 };
 
 }  // namespace nbd

@@ -46,7 +46,7 @@ void TendonSolve::pull(const WorldState& world, const Eigen::VectorXd& tensions,
 /// By how much a tension that is tried is wrong more than it is changed, as if each body that it pulls gave
 /// way as a whole, and if it deforms each of its nodes alone, too.
 Eigen::MatrixXd TendonSolve::first_response(const WorldState& world, const StepEquations& equations) const {
-    const auto& [systems, steps, shapes, contacts, bonds, solver] = equations;
+    const auto& [systems, steps, shapes, contacts, bonds, solver, are_balanced] = equations;
     using Pull = std::map<int, Eigen::Vector3d>;                   // on nodes
     std::vector<std::map<int, Pull>> pulls(world.tendons.size());  // on bodies
     for (const Bond& bond : bonds) {

@@ -149,6 +149,20 @@ void add_joined(const WorldState& world, std::vector<char>& some) {
     for (int b = 0; b < world.body_count(); ++b) some[b] = has_some[groups.group_of(b)];
 }
 
+std::vector<char> anchored_bodies(const WorldState& world) {
+    std::vector<char> anchored(world.bodies.size(), 0);
+    const auto is_held = [&](int body) { return body < 0 || world.is_held(world.at(body)); };
+    for (int b = 0; b < world.body_count(); ++b) anchored[b] = is_held(b);
+    for (std::size_t j = 0; j < world.joints.size(); ++j) {
+        const int a = world.joints[j].joint().a, b = world.joints[j].joint().b;
+        if (world.broken[j] || !(is_held(a) || is_held(b))) continue;
+        for (const int body : {a, b})
+            if (body >= 0) anchored[body] = 1;
+    }
+    add_joined(world, anchored);
+    return anchored;
+}
+
 bool take_backward_euler(WorldState& world, std::span<const char> abrupt) {
     bool is_new = false;
     for (std::size_t b = 0; b < abrupt.size(); ++b) {
@@ -240,13 +254,14 @@ Momentum end_momentum(const WorldState& world, const JointForces& joints, int in
             (begun.angular + loads.angular + springs.angular + contacts.angular) / lasting};
 }
 
-Nodes holding_impulses(const WorldState& world, const StepSystem& system, int index, const Nodes& w,
+Nodes holding_impulses(const WorldState& world, const StepEquations& equations, int index, const Nodes& w,
                        const Eigen::VectorXd& impulses) {
+    const StepSystem& system = equations.systems[index];
     const SteppedBody& body = world.at(index);
     const Eigen::VectorXd v = Eigen::Map<const Eigen::VectorXd>(w.data(), w.size());
     const std::vector<int> nodes = world.prescribed(body, world.dt).nodes;
     Nodes holding;
-    if (world.config.step.newton_iterations > 1) {
+    if (equations.are_balanced) {
         const Loads outer = end_loads(world, body);
         holding = StepPotential(*body.elastic, body.start, world.step_of(body), outer, system.elements())
                       .gradient(w)(nodes, Eigen::all);
@@ -256,7 +271,7 @@ Nodes holding_impulses(const WorldState& world, const StepSystem& system, int in
     return holding - world.part_of(index, impulses)(nodes, Eigen::all);
 }
 
-void advance(WorldState& world, const JointForces& joints, const StepSystem& system, int index,
+void advance(WorldState& world, const JointForces& joints, const StepEquations& equations, int index,
              const Nodes& w, const Eigen::VectorXd& impulses, const Eigen::VectorXd& all) {
     SteppedBody& body = world.at(index);
     const auto [dt, factor] = world.step_of(body);
@@ -264,7 +279,7 @@ void advance(WorldState& world, const JointForces& joints, const StepSystem& sys
                    .inner_forces = std::move(body.inner_forces),
                    .held = world.prescribed(body, dt).nodes};
     const Nodes holding =
-        body.before->held.empty() ? Nodes(0, 3) : holding_impulses(world, system, index, w, all);
+        body.before->held.empty() ? Nodes(0, 3) : holding_impulses(world, equations, index, w, all);
     const double lasting = 1 + dt * body.elastic->material().rayleigh_mass;
     const Nodes x = body.start.x + dt * w;
     Nodes now = factor * w;

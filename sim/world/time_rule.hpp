@@ -25,6 +25,9 @@ void choose_steps(WorldState& world, JointForces& joints, std::span<const double
 
 /// Adds all bodies that joints and tendons connect to some: forces of springs act on both sides by one rule.
 /// some: [bodies].
+/// Which bodies something holds, or joints with a place or with what is held, also by way of others.
+std::vector<char> anchored_bodies(const WorldState& world);
+
 void add_joined(const WorldState& world, std::vector<char>& some);
 
 /// Lets bodies take a step of backward Euler from their state as it is, but for those that are held
@@ -62,14 +65,14 @@ Momentum end_momentum(const WorldState& world, const JointForces& joints, int in
 
 /// Impulses that the solver found to hold nodes at the velocities w, as StepSystem has them: [held, 3] N s.
 /// impulses: of contacts on all nodes, stacked.
-Nodes holding_impulses(const WorldState& world, const StepSystem& system, int index, const Nodes& w,
+Nodes holding_impulses(const WorldState& world, const StepEquations& equations, int index, const Nodes& w,
                        const Eigen::VectorXd& impulses);
 
 /// w: the solution of the step. impulses: those on the nodes that act in it alone, stacked; all: with those
 /// of springs. The inner forces that the next step needs are what balances the motion: where elements are
 /// stiff, forces evaluated at its end would be mostly what they make of the solver's errors. Held nodes keep
 /// the velocity of their straight way; those of a grip that stands or jumps, none.
-void advance(WorldState& world, const JointForces& joints, const StepSystem& system, int index,
+void advance(WorldState& world, const JointForces& joints, const StepEquations& equations, int index,
              const Nodes& w, const Eigen::VectorXd& impulses, const Eigen::VectorXd& all);
 
 }  // namespace nbd

@@ -219,7 +219,7 @@ Rejection World::try_part(const StepPart& part, WorldReport& report) {
 void World::measure(WorldReport& report) const {
     for (const SteppedBody& body : state_.bodies) {
         report.kinetic_energy += kinetic_energy(*body.elastic, body.state.v);
-        report.elastic_energy += body.energy;
+        if (!body.elastic->is_rigid()) report.elastic_energy += body.energy;  // else of the solver alone
         const Eigen::Vector3d moment = body.state.x.transpose() * body.elastic->node_masses();
         report.gravity_energy -= state_.gravity_at(state_.time).dot(moment);
     }

@@ -296,6 +296,38 @@ TEST(Rope, OffTheCentreOfWhatSwingsOnItMakesNoEnergy) {
         }
 }
 
+/// Of two bodies that nothing holds, by both rules.
+TEST(Rope, BetweenFreeBodiesKeepsTheirAngularMomentum) {
+    const Model block = rigid_block({0.1, 0.1, 0.1});
+    for (const TimeIntegrator integrator : {TimeIntegrator::second_order, TimeIntegrator::backward_euler})
+        for (const double dt : {0.002, 0.01, 0.03}) {
+            WorldConfig config = without_gravity();
+            config.step.integrator = integrator;
+            World world(config);
+            world.add_body(block.at({0, 0, 0}, Eigen::Matrix3d::Identity(), {1, 0, 0}));
+            world.add_body(block.at({0, 0, 1}, Eigen::Matrix3d::Identity(), {-1, 0.3, 0}));
+            world.add_joint(
+                {.name = "rope",
+                 .a = 0,
+                 .b = 1,
+                 .kind = CordJoint{
+                     .from = {0.03, 0, 0.05}, .to = {0, 0.02, 0.95}, .length = 1.0, .pulls_only = true}});
+            const auto angular = [&] {  // of rigid bodies: not that of masses at their nodes
+                Vector3d sum = Vector3d::Zero();
+                for (int b = 0; b < 2; ++b) {
+                    const Momentum one = momentum_of(world.elastic(b), world.state(b));
+                    sum += one.angular + test::centre_of_mass(world, b).cross(one.linear);
+                }
+                return sum;
+            };
+            const Vector3d begun = angular();
+            for (double time = 0; time < 4; time += dt) {
+                ASSERT_EQ(world.step(dt).failure, "");
+                ASSERT_LT((angular() - begun).norm(), 5e-4 * begun.norm()) << dt;
+            }
+        }
+}
+
 TEST(Rope, DoesNotHangOnAPlaceFarFromARigidBody) {
     const Model block = rigid_block({0.1, 0.1, 0.1});
     World world(without_gravity());
