@@ -65,7 +65,8 @@ void Barrier::find_held_on_smooth() {
             for (int v = 0; v < std::ssize(held); ++v) {
                 if (!held[v]) continue;
                 const double from = distance(NearSmooth{b, v, static_cast<int>(w)}, 0).distance;
-                if (std::abs(from) <= touching_share * reach_) walls_[w].held_touch[{b, v}] = reach_ - from;
+                if (from >= -touching_share * reach_ && from < reach_)
+                    walls_[w].held_touch[{b, v}] = reach_ - from;
             }
         }
     }

@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 #include <stdexcept>
+#include <tuple>
 #include <utility>
 
 #include "collision/base/stop.hpp"
@@ -89,7 +90,8 @@ std::vector<StartMove> World::resolve_start() {
         found = intersecting_faces();
         near.clear();
         if (found.empty()) {
-            near = too_near();
+            near = nearest_within(barrier().least_start());
+            std::erase_if(near, [](const Contact& c) { return c.b.body < 0; });  // see way_out()
             if (near.empty() && stuck < 0) break;
             for (const Contact& c : near) part(c.a.body, c.b.body, (room - c.gap) * c.normal);
         }
@@ -121,7 +123,7 @@ std::vector<StartMove> World::part_touching() {
     constexpr double slight = 1e-2;  // of a body's diagonal
     try {
         check_start();
-        return {};
+        return part_pressing();
     } catch (const std::invalid_argument&) {  // then they are moved
     }
     const WorldSnapshot start = snapshot();
@@ -139,14 +141,49 @@ std::vector<StartMove> World::part_touching() {
     return {};
 }
 
-/// The nearest points of every two bodies that are too near to start, without intersecting.
-std::vector<Contact> World::too_near() {
+/// Moves bodies that press something to where they hardly do.
+std::vector<StartMove> World::part_pressing() {
+    constexpr double hardly = 0.95;  // of the distance at which they begin to
+    const WorldSnapshot start = snapshot();
+    std::vector<StartMove> moves;
+    for (int b = 0; b < state_.body_count(); ++b) moves.push_back({b, Eigen::Vector3d::Zero()});
+    for (int round = 0; round < max_rounds; ++round) {
+        stop_if_asked();
+        bool is_apart = true;
+        for (const Contact& contact : nearest_within(hardly * state_.thickness())) {
+            const int a = contact.a.body, b = contact.b.body;
+            const bool moves_a = can_be_moved(a), moves_b = can_be_moved(b);
+            if (!moves_a && !moves_b) continue;
+            is_apart = false;
+            const Eigen::Vector3d by =
+                (moves_a && moves_b ? 0.5 : 1) * (state_.thickness() - contact.gap) * contact.normal;
+            for (const auto& [body, way, can] :
+                 {std::tuple(a, by, moves_a), {b, Eigen::Vector3d(-by), moves_b}}) {
+                if (!can) continue;
+                state_.at(body).state.x.rowwise() += way.transpose();
+                moves[body].by += way;
+            }
+        }
+        if (!is_apart) continue;
+        std::erase_if(moves, [](const StartMove& move) { return move.by.isZero(0); });
+        start_is_checked_ = moves.empty();
+        return moves;
+    }
+    reset(start);
+    return {};
+}
+
+/// The nearest points of every two bodies, and of bodies and obstacles, that are no farther apart than a
+/// distance below the reach of contacts, without intersecting.
+std::vector<Contact> World::nearest_within(double distance) {
     std::map<std::pair<int, int>, Contact> nearest;
     barrier().be_exact(true);  // until the next part
+    barrier().begin_step(state_.time, 0);
     barrier().look(state_.nodes_now(), state_.nodes_now(), 0);
     for (const Contact& contact : barrier().contacts(0)) {
-        const int a = contact.a.body, b = contact.b.body;
-        if (b < 0 || a == b || contact.gap > barrier().least_start()) continue;
+        const int a = contact.a.body,
+                  b = contact.b.body < 0 ? party_of_obstacle(contact.obstacle) : contact.b.body;
+        if (a == b || contact.gap > distance) continue;
         const auto [known, is_new] = nearest.try_emplace(std::minmax(a, b), contact);
         if (!is_new && contact.gap < known->second.gap) known->second = contact;
     }

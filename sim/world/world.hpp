@@ -148,7 +148,9 @@ class World {
     std::vector<StartMove> resolve_start();
 
     /// Likewise for bodies that only touch, or overlap by little: moves no body by more than a hundredth of
-    /// its size. Returns no moves, and has moved nothing, where that is not needed or does not help.
+    /// its size. Bodies that would press something are moved to where they begin to: what presses at the
+    /// start would throw them. Returns no moves, and has moved nothing, where that is not needed or does not
+    /// help.
     std::vector<StartMove> part_touching();
 
     /// Starts the pose of a tree over a body's surface as the world does for its own trees: from the body's
@@ -198,7 +200,8 @@ class World {
     std::string way_to_start(std::span<const std::array<int, 2>> pairs) const;
 
     // resolve_start.cpp
-    std::vector<Contact> too_near();
+    std::vector<Contact> nearest_within(double distance);
+    std::vector<StartMove> part_pressing();
     Eigen::Vector3d way_out(int body, int obstacle, double room);
 
     // world_step.cpp

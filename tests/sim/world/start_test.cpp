@@ -1,13 +1,16 @@
 // What touches or overlaps before the first step: found, told, refused and moved apart.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "meshing/body/make_body.hpp"
+#include "meshing/body/rigid_body.hpp"
 #include "sim/world/start_check.hpp"
 #include "sim/world/world.hpp"
+#include "tests/meshing/shapes.hpp"
 #include "tests/sim/support/momentum.hpp"
 #include "tests/sim/world/box_model.hpp"
 #include "tests/support/box_body.hpp"
@@ -154,8 +157,32 @@ TEST(Start, BodiesThatAreApartAreNotMoved) {
     const Model box({0.1, 0.1, 0.1}, {2, 2, 2});
     World world(WorldConfig{});
     world.add_obstacle(floor_at(0));
-    world.add_body(box.at({0, 0, 0.0501}));
+    world.add_body(box.at({0, 0, 0.0502}));
     EXPECT_TRUE(world.part_touching().empty());
+}
+
+/// Else what presses would throw them. Also in empty space, and at all sizes.
+TEST(Start, BodiesThatPressAreMovedToWhereTheyBeginTo) {
+    for (const bool has_floor : {true, false})
+        for (const double size : {0.1, 10.0}) {
+            const Model box(make_rigid_body("box", test::box(size, size, size, 1), 1000));
+            World world({.gravity = has_floor ? Eigen::Vector3d(0, 0, -9.81) : Eigen::Vector3d(0, 0, 0)});
+            const double thickness = 1e-3 * std::sqrt(3.0) * size;
+            for (const double z : {0.3 * thickness, size + 0.6 * thickness}) {
+                WorldBody body = box.at({0, 0, z});
+                world.add_body(std::move(body));
+            }
+            if (has_floor) world.add_obstacle(floor_at(0));
+            ASSERT_NEAR(world.thickness(), thickness, 1e-6 * thickness);
+            const std::vector<StartMove> moves = world.part_touching();
+            ASSERT_EQ(moves.size(), 2u);
+            for (const StartMove& move : moves) EXPECT_LT(move.by.norm(), 2 * thickness);
+            const double start = test::centre_of_mass(world, 1)[2];
+            for (int i = 0; i < 100; ++i) {
+                ASSERT_EQ(world.step(1e-3).failure, "");
+                ASSERT_LT(test::centre_of_mass(world, 1)[2], start + 0.5 * thickness) << size << ' ' << i;
+            }
+        }
 }
 
 /// Boxes of 20 cm, at these places.
