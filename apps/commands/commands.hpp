@@ -33,7 +33,6 @@ void add_remap(CLI::App& app, Output& out);
 void add_train(CLI::App& app, Output& out);
 void add_calibrate(CLI::App& app, Output& out);
 void add_evaluate(CLI::App& app, Output& out);
-void add_figures(CLI::App& app, Output& out);
 void add_transfer(CLI::App& app, Output& out);
 void add_export(CLI::App& app, Output& out);
 void add_coverage(CLI::App& app, Output& out);

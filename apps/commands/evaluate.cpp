@@ -2,13 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
-
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
 #include "apps/commands/commands.hpp"
-#include "apps/drawing/chart.hpp"
-#include "apps/figures/html_report.hpp"
 #include "training/files/recording.hpp"
 #include "training/files/tree_file.hpp"
 
@@ -16,7 +12,7 @@ namespace nbd {
 namespace {
 
 struct EvaluateArguments {
-    std::string tree, recording, csv, html;
+    std::string tree, recording, csv;
     std::vector<std::string> bounds{"exact", "bd", "nbd", "learned_affine"};
     EvaluateConfig config;
 };
@@ -47,9 +43,7 @@ std::vector<EvaluationRow> evaluated(const std::string& path, const TreeFile& tr
 }
 
 void run(const EvaluateArguments& arguments, Output& out) {
-    check_outputs({{"the table", arguments.csv, ".csv"}, {"the report", arguments.html, ".html"}},
-                  {arguments.tree, arguments.recording});
-    if (!arguments.html.empty()) check_charts();  // fail early
+    check_outputs({{"the table", arguments.csv, ".csv"}}, {arguments.tree, arguments.recording});
     EvaluateConfig config = arguments.config;
     config.bounds.clear();
     for (const std::string& bound : arguments.bounds) config.bounds.push_back(bound_kind(bound));
@@ -58,13 +52,6 @@ void run(const EvaluateArguments& arguments, Output& out) {
     const RecordingReader recording(arguments.recording);
     out.work("evaluating");
     const std::vector<EvaluationRow> rows = evaluated(arguments.tree, tree, recording, config);
-    if (!arguments.html.empty()) {
-        out.work("making the report");
-        const std::string body = std::filesystem::path(arguments.tree).stem().string();
-        const BodyFigures figures = make_body_figures(body, tree, recording, config.max_frames);
-        const auto coverages = measure_coverages(tree, recording, config.max_frames);
-        write_text(arguments.html, html_report(tree, figures, coverages, out.command_line));
-    }
     write_text(arguments.csv, to_csv(rows));
     out.text(to_text(rows));
     out.text("root, middle and leaves; every depth: --csv");
@@ -101,7 +88,6 @@ void add_evaluate(CLI::App& app, Output& out) {
         ->capture_default_str()
         ->check(not_negative_whole());
     command.add_option("--csv", arguments.csv, "File for the table (CSV), every depth");
-    command.add_option("--html", arguments.html, "File for an HTML page with tables and charts");
 }
 
 }  // namespace nbd

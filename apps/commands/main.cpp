@@ -41,10 +41,7 @@ std::map<std::string, std::string> command_examples() {
          "  nbdtree calibrate tree.h5 other_poses.h5 -o calibrated.h5"},
         {"evaluate",
          "  nbdtree evaluate tree.h5 poses.h5 --csv bounds.csv\n"
-         "  nbdtree evaluate tree.h5 poses.h5 --bounds nbd,exact --html report.html"},
-        {"figures",
-         "  nbdtree figures -o figures --body BEAM tree.h5 poses.h5\n"
-         "  nbdtree figures -o figures --body A a.h5 a_poses.h5 --body B b.h5 b_poses.h5"},
+         "  nbdtree evaluate tree.h5 poses.h5 --bounds nbd,exact --margins 0,0.05"},
         {"transfer",
          "  nbdtree transfer tree.h5 fine_beam.h5 -o fine_tree.h5\n"
          "  nbdtree transfer tree.h5 fine_beam.h5 -o fine_tree.h5 --quiet"},
@@ -87,7 +84,6 @@ nbd::Program describe() {
         nbd::add_train(app, out);
         nbd::add_calibrate(app, out);
         nbd::add_evaluate(app, out);
-        nbd::add_figures(app, out);
         nbd::add_transfer(app, out);
         nbd::add_export(app, out);
         nbd::add_coverage(app, out);
@@ -109,8 +105,11 @@ nbd::Program describe() {
                      {"dataset --self-contact", "leave it out; bodies always meet themselves"},
                      {"dataset --solver", "leave it out; steps are always solved by iteration"},
                      {"evaluate --all-depths", "use `--csv`, whose table has every depth"},
+                     {"evaluate --html",
+                      "use `--csv`, whose table draw_charts.py draws; `nbdtree coverage` judges"},
                      {"export --torch",
                       "tree files hold the networks as plain arrays, in nbd/ (apps/docs/formats.md)"},
+                     {"figures", "use `nbdtree evaluate --csv`, whose tables draw_charts.py draws"},
                      {"simulate --compare-contacts", "leave it out; all contacts count"},
                      {"simulate --contacts", "leave it out; all contacts count"},
                      {"train --anchors", "leave it out; affine bounds need none"},

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Draws a chart of a table that `nbdtree` or `nbdtree-bench` wrote.
 
-    python3 draw_charts.py CHART TABLE.csv -o CHART.png      # or .svg, .pdf
+    python3 draw_charts.py CHART TABLE.csv ... -o CHART.png      # or .svg, .pdf
 
-  outside    bounds.csv of `nbdtree figures`: vertices outside by depth (figure 6 of the paper)
+  outside    tables of `nbdtree evaluate --csv`, one for each body: vertices outside by depth (figure 6 of the paper)
   radii      the same: radius error by depth (figure 7)
   margins    the same, of one --body: vertices outside by margin (figure 8)
   peers      peers.csv of `nbdtree-bench peers`: times of all methods
@@ -47,18 +47,20 @@ class Refused(Exception):
 
 
 class Table:
-    """Rows of a CSV file as dictionaries. Lines that begin with # say what it was measured on."""
+    """Rows of CSV files as dictionaries, whose `body` is by default the name of their file. Lines that begin with # say what it was
+    measured on."""
 
-    def __init__(self, path):
-        self.path = path
-        try:
-            lines = path.read_text(encoding="utf-8").splitlines()
-        except (OSError, UnicodeDecodeError) as error:
-            raise Refused(f"{path}: cannot be read: {getattr(error, 'strerror', None) or 'is not a text'}") from error
-        self.machine = " ".join(line[1:].strip() for line in lines if line.startswith("#"))
-        self.rows = list(csv.DictReader(line for line in lines if line and not line.startswith("#")))
-        if not self.rows:
-            raise Refused(f"{path}: has no rows to draw")
+    def __init__(self, *paths):
+        self.path, self.rows = paths[0], []
+        for path in paths:
+            try:
+                lines = path.read_text(encoding="utf-8").splitlines()
+            except (OSError, UnicodeDecodeError) as error:
+                raise Refused(f"{path}: cannot be read: {getattr(error, 'strerror', None) or 'is not a text'}") from error
+            rows = list(csv.DictReader(line for line in lines if line and not line.startswith("#")))
+            if not rows:
+                raise Refused(f"{path}: has no rows to draw")
+            self.rows += [{"body": path.stem, **row} for row in rows]
 
     def need(self, *columns):
         for column in columns:
@@ -329,20 +331,17 @@ def umask():
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("chart", metavar="CHART", choices=CHARTS, help=", ".join(CHARTS))
-    parser.add_argument("table", metavar="TABLE", type=Path, help="CSV")
+    parser.add_argument("tables", metavar="TABLE", type=Path, nargs="+", help="CSV")
     parser.add_argument("-o", "--output", type=Path, required=True, help="picture to write: .png, .svg or .pdf")
     parser.add_argument("--body", help="of `margins`; default: the first of the table")
-    if sys.argv[1:] != ["--check"]:  # which asks whether charts can be drawn here
-        options = parser.parse_args()
+    options = parser.parse_args()
     if plt is None:
         sys.exit("error: charts need matplotlib, which python3 lacks; install Debian's python3-matplotlib")
-    if sys.argv[1:] == ["--check"]:
-        return 0
     try:
         if options.output.suffix not in (".png", ".svg", ".pdf"):
             raise Refused(f"{options.output}: cannot be written: allowed: .png, .svg, .pdf")
         with plt.rc_context(STYLE):
-            save(CHARTS[options.chart](Table(options.table), options), options.output)
+            save(CHARTS[options.chart](Table(*options.tables), options), options.output)
     except Refused as refused:
         sys.exit(f"error: {refused}")
     except OSError as error:

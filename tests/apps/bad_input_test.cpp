@@ -114,7 +114,7 @@ TEST_F(BadInputTest, RejectsWhatAPageCannotShow) {
 
 TEST_F(BadInputTest, RejectsInvalidCommandLines) {
     const std::string known =
-        "; known commands: mesh, modes, dataset, remap, train, calibrate, evaluate, figures, transfer, "
+        "; known commands: mesh, modes, dataset, remap, train, calibrate, evaluate, transfer, "
         "export, coverage, simulate, race, validate, collide, inspect, view";
     expect_refused({
         {"--quiet", 2, "no command" + known},

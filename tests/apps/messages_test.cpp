@@ -87,7 +87,6 @@ TEST_F(MessagesTest, OutputsRefuseOtherExtensions) {
         {"calibrate tree.h5 data.h5 -o x.pt", 1, ends("x.pt", ".pt", ".h5")},
         {"transfer tree.h5 box.h5 -o x.pt", 1, ends("x.pt", ".pt", ".h5")},
         {"evaluate tree.h5 data.h5 --csv x.tsv", 1, ends("x.tsv", ".tsv", ".csv")},
-        {"evaluate tree.h5 data.h5 --html x.csv", 1, ends("x.csv", ".csv", ".html")},
         {"coverage tree.h5 data.h5 --csv x.h5", 1, ends("x.h5", ".h5", ".csv")},
         {"export tree.h5 --flat -o x.h5", 1, ends("x.h5", ".h5", ".nbd")},
         {"export data.h5:0 --body box.h5 --gltf x.gltf", 1, ends("x.gltf", ".gltf", ".glb")},

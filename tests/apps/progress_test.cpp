@@ -162,8 +162,6 @@ TEST_F(ProgressTest, EveryLongCommandShowsWhereItIs) {
         {"networks [", "networks|1",
          "train fine_box.h5 fine_data.h5 -o t.h5 --bounds nbd -k 16 --epochs 20 --held-out 0 --calibration 0 "
          "--depth 4 --threads 1"},
-        {" of 3, ", "figures of B1, body 2 of 3|0",
-         "figures -o drawn --body B0 tree.h5 data.h5 --body B1 tree.h5 data.h5 --body B2 tree.h5 data.h5"},
         {"misses, contact scenes [", "contact scenes|1",
          "coverage tree.h5 data.h5 --bounds exact --contacts 1000"},
         {"frames [", "frames|1", "race endless.json"},

@@ -3,7 +3,6 @@
 import importlib.util
 import os
 import pathlib
-import shutil
 import subprocess
 import sys
 
@@ -127,28 +126,23 @@ def test_paths_that_cannot_be_used_are_told_in_one_line(table, tmp_path):
         assert done.returncode == 1 and error in done.stderr and done.stderr.count("\n") == 1, done.stderr
 
 
+def test_tables_of_bodies_are_drawn_beside_each_other(tmp_path):
+    paths = [tmp_path / f"{body}.csv" for body in ("ONE", "TWO")]
+    for path in paths:
+        path.write_text(BOUNDS.removeprefix("body,") + "held-out,nbd,0,0,0.1,0.5\n")
+    assert [row["body"] for row in draw.Table(*paths).rows] == ["ONE", "TWO"]
+    assert run("outside", *paths, "-o", tmp_path / "a.png").returncode == 0
+
+
+def test_matplotlib_is_named_where_it_is_missing(tmp_path):
+    (tmp_path / "matplotlib.py").write_text("raise ImportError\n")
+    done = run("outside", "none.csv", "-o", "a.png", env={**os.environ, "PYTHONPATH": str(tmp_path)})
+    assert done.returncode == 1 and done.stderr == ("error: charts need matplotlib, which python3 lacks; install Debian's "
+                                                    "python3-matplotlib\n")
+
+
 def test_an_older_picture_stays_where_a_new_one_fails(table, tmp_path):
     picture = tmp_path / "chart.png"
     picture.write_bytes(b"older")
     assert run("peers", table(PEERS), "-o", picture).returncode == 1
     assert picture.read_bytes() == b"older"
-
-
-def test_programs_name_what_to_install(tmp_path):
-    """`nbdtree figures` without matplotlib, before any other file is looked at."""
-    program = os.environ["NBDTREE_PROGRAM"]
-    (tmp_path / "matplotlib.py").write_text("raise ImportError\n")
-    command = [program, "figures", "--body", "A", "none.h5", "none.h5", "-o", "figures"]
-    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
-    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
-    assert done.returncode == 1 and done.stdout == ""
-    assert done.stderr == ("nbdtree: error: charts need matplotlib, which python3 lacks; install Debian's "
-                           "python3-matplotlib\n")
-    assert not (tmp_path / "figures").exists()
-
-
-def test_programs_without_the_script_say_so(tmp_path):
-    program = tmp_path / "nbdtree"
-    shutil.copy(os.environ["NBDTREE_PROGRAM"], program)
-    done = subprocess.run([program, "figures", "--body", "A", "a.h5", "b.h5", "-o", "f"], cwd=tmp_path, capture_output=True, text=True)
-    assert done.returncode == 1 and "draw_charts.py: no such file" in done.stderr and done.stderr.count("\n") == 1

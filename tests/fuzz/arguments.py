@@ -37,7 +37,7 @@ WORDS = ["", " ", "-", "--", "---", "all", "none", "true", "exact", "boxes,boxes
 LINES = ["mesh assets/ring.obj -o out.h5", "mesh corpus/msh/four.msh -o out.h5", "modes body.h5 -m 4",
          "dataset body.h5 -o out.h5 --trajectories 2 --frames 2", "remap poses.h5 --from body.h5 --to body.h5 -o out.h5",
          "train body.h5 poses.h5 -o out.h5 --depth 3", "calibrate tree.h5 poses.h5 -o out.h5", "evaluate tree.h5 poses.h5",
-         "figures --body A tree.h5 poses.h5 -o folder", "transfer tree.h5 body.h5 -o out.h5", "export tree.h5 --flat -o out.nbd",
+         "transfer tree.h5 body.h5 -o out.h5", "export tree.h5 --flat -o out.nbd",
          "export run.h5 --gltf out.glb", "coverage tree.h5 poses.h5", "simulate assets/scenes/rings.json -o out.h5 --frames 2",
          "race assets/scenes/rings.json --frames 2", "validate assets/scenes/rings.json", "collide assets/ring.obj assets/gear.obj",
          "inspect poses.h5 --check", "view run.h5 -o out.html", "view poses.h5:0 --body body.h5 -o out.html"]

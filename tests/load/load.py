@@ -262,7 +262,6 @@ class Load:
                      "calibrate tree.h5 long.h5 -o calibrated.h5 --miss-rate 0.01 --memory 50",
                      "coverage tree.h5 long.h5 --contacts 5",
                      "remap long.h5 --from body.h5 --to fine.h5 -o fine_poses.h5 --trajectories 4",
-                     "figures --body A tree.h5 long.h5 -o figures --max-frames 2",
                      "export long.h5:3 --body body.h5 --gltf clip.glb --frames 60",
                      "export long.h5:3 --body body.h5 --mdd clip.mdd",
                      "view long.h5:3:5 --body body.h5 -o pose.html", "view long.h5:3 --body body.h5 -o trajectory.html",

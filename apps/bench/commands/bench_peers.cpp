@@ -14,7 +14,6 @@
 #include "apps/bench/pairs/race.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
-#include "apps/drawing/chart.hpp"
 #include "training/files/frame_source.hpp"
 
 namespace nbd {
@@ -51,12 +50,10 @@ Rows race_all(const RaceArguments& arguments, const std::string& contact,
     return table;
 }
 
-/// Writes FOLDER/CHART.csv and draws FOLDER/CHART.png of it.
-void write_race(const std::filesystem::path& folder, const std::string& chart, const Rows& rows,
-                Output& out) {
+/// Writes FOLDER/NAME.csv.
+void write_race(const std::filesystem::path& folder, const std::string& name, const Rows& rows, Output& out) {
     make_folder(folder);
-    write_csv(folder / (chart + ".csv"), rows);
-    draw_chart(chart, folder / (chart + ".csv"), folder / (chart + ".png"));
+    write_csv(folder / (name + ".csv"), rows);
     out.result(rows);
 }
 
@@ -107,7 +104,6 @@ std::vector<PairMethodEntry> methods_for(const PeersArguments& arguments, const 
 void run(const PeersArguments& arguments, Output& out) {
     check_methods(arguments);
     check_output_folder(arguments.folder);
-    check_charts();
     const RecordingReader recording(arguments.recording);
     const std::vector<BenchBody> bodies = load_bench_bodies(arguments.bodies);
     check_recording(bodies.front().surface.hash, bodies.front().surface.W.cols(), recording);
@@ -140,7 +136,6 @@ struct Figure5Arguments : RaceArguments {
 
 void run(const Figure5Arguments& arguments, Output& out) {
     check_output_folder(arguments.folder);
-    check_charts();
     const RecordingReader recording(arguments.recording);
     const std::vector<BenchBody> bodies = load_bench_bodies(arguments.bodies);
     const double radius = bodies.front().tree->spheres.rest[0].r;
@@ -160,7 +155,7 @@ void run(const Figure5Arguments& arguments, Output& out) {
     write_race(arguments.folder, "figure5", rows, out);
 }
 
-/// Adds the options of every race. name: of the CSV and the chart.
+/// Adds the options of every race. name: of the CSV.
 void add_race_options(CLI::App& command, RaceArguments& arguments, const std::string& name) {
     command
         .add_option(
@@ -170,7 +165,7 @@ void add_race_options(CLI::App& command, RaceArguments& arguments, const std::st
         ->expected(1, 2);
     command
         .add_option("-o,--output", arguments.folder,
-                    fmt::format("Folder to write {0}.csv and {0}.png to", name))
+                    fmt::format("Folder to write {}.csv to, which draw_charts.py draws", name))
         ->required();
     command.add_option("--rounds", arguments.race.rounds, "Maximum rounds over all scenes")
         ->check(whole_number(1, 1'000'000))

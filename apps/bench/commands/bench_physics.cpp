@@ -9,7 +9,6 @@
 #include "apps/bench/physics/physics_run.hpp"
 #include "apps/cli/option_checks.hpp"
 #include "apps/cli/output_paths.hpp"
-#include "apps/drawing/chart.hpp"
 
 namespace nbd {
 namespace {
@@ -17,7 +16,7 @@ namespace {
 struct PhysicsArguments {
     std::vector<std::string> checks;
     bool quick = false, list = false;
-    std::string csv, picture;
+    std::string csv;
 };
 
 void list(const std::vector<PhysicsCheck>& checks, Output& out) {
@@ -34,15 +33,10 @@ void run(const PhysicsArguments& arguments, Output& out) {
         });
     if (arguments.list) return list(checks, out);
     if (!arguments.csv.empty()) check_output(arguments.csv, {}, ".csv");
-    if (!arguments.picture.empty()) {
-        check_output(arguments.picture, {}, ".png");
-        check_charts();
-    }
 
     const std::vector<PhysicsResult> results = run_physics(checks, arguments.quick, out);
     out.text(physics_table(results));
     if (!arguments.csv.empty()) write_csv(arguments.csv, physics_rows(results));
-    if (!arguments.picture.empty()) draw_chart("physics", arguments.csv, arguments.picture);
     nlohmann::ordered_json rows = nlohmann::ordered_json::array();
     for (const PhysicsResult& result : results)
         rows.push_back({{"check", result.check.name},
@@ -71,11 +65,8 @@ void add_bench_physics(CLI::App& app, Output& out) {
     command->add_option("CHECKS", arguments->checks, "Checks to run; default: all")->check(one_of(names()));
     command->add_flag("--list", arguments->list, "Lists the checks and runs none");
     command->add_flag("--quick", arguments->quick, "Runs a part of each range, some minutes in all");
-    CLI::Option* csv = command->add_option("-o,--output", arguments->csv, "Table of all cases to write, CSV");
-    command
-        ->add_option("--picture", arguments->picture,
-                     "Chart of that table to write, PNG: errors over the range")
-        ->needs(csv);
+    command->add_option("-o,--output", arguments->csv,
+                        "Table of all cases to write, CSV, which draw_charts.py draws");
     command->footer(
         "One row a check: its worst case, what was found there, and whether all cases hold.\n"
         "Runs as many cases at a time as there are threads; the outcomes do not depend on it.");

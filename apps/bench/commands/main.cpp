@@ -49,6 +49,7 @@ std::map<std::string, std::string> gone() {
         {"solvers", "`nbdtree-bench simulate` times the solver of steps beside a factorisation"},
         {"laws", "`nbdtree mesh --law`, then `nbdtree-bench simulate`, time steps of a law"},
         {"ring", "`nbdtree-bench physics ringing_energy` tells what energy the integrator keeps"},
+        {"physics --picture", "`draw_charts.py physics` draws the table of -o"},
         {"networks",
          "`nbdtree train` with and without --network paper, then `nbdtree evaluate`, compare them"},
         {"strengths",
