@@ -110,6 +110,7 @@ nbd::Program describe() {
                      {"export --torch",
                       "tree files hold the networks as plain arrays, in nbd/ (apps/docs/formats.md)"},
                      {"figures", "use `nbdtree evaluate --csv`, whose tables draw_charts.py draws"},
+                     {"simulate --arrows", "pages of `nbdtree view` show reactions as arrows"},
                      {"simulate --compare-contacts", "leave it out; all contacts count"},
                      {"simulate --contacts", "leave it out; all contacts count"},
                      {"train --anchors", "leave it out; affine bounds need none"},

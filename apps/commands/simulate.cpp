@@ -98,8 +98,6 @@ void add_simulate(CLI::App& app, Output& out) {
     command.add_option("SCENE", options.scene, "Scene file, JSON")->required();
     add_scene_options(command, options);
     add_outputs(command, options.output);
-    command.add_flag("--arrows", options.arrows,
-                     "Show what holds and presses bodies as arrows in the picture");
     add_live_options(command, options);
     add_extras_options(command, options.extras);
     command.add_flag("--allow-outside", options.allow_outside,

@@ -66,15 +66,8 @@ bool Film::wants(int frame) const {
     return frame == still * (frames_ - 1) / (stills_ - 1);
 }
 
-void Film::add_frame(double time, std::vector<TriMesh> surfaces, std::vector<ViewReaction> reactions) {
-    kept_.push_back({time, std::move(surfaces), std::move(reactions)});
-}
-
-/// Scales of what all stills show.
-ArrowScale Film::arrow_scale(const Camera& camera, int height) const {
-    std::vector<ViewReaction> all;
-    for (const Still& still : kept_) all.insert(all.end(), still.reactions.begin(), still.reactions.end());
-    return {all, camera, height};
+void Film::add_frame(double time, std::vector<TriMesh> surfaces) {
+    kept_.push_back({time, std::move(surfaces)});
 }
 
 /// Extends the box of what the camera sees by an obstacle that moves, wherever it is in any still. Leaves it
@@ -111,7 +104,6 @@ void Film::write(const std::filesystem::path& path) const {
     const float aspect = std::clamp(size.x() / size.y(), 0.6f, 1.5f);
     camera.extent = std::max(size.y(), size.x() / aspect);
 
-    const ArrowScale arrows = arrow_scale(camera, height);
     std::vector<Image> images;
     for (const Still& still : kept_) {
         std::vector<PictureSurface> surfaces;
@@ -133,11 +125,8 @@ void Film::write(const std::filesystem::path& path) const {
                                placing, obstacle_colour));
         }
         images.push_back(draw(surfaces, floors, camera, static_cast<int>(aspect * height), height));
-        arrows.draw_on(images.back(), still.reactions, camera);
     }
-    Image sheet = contact_sheet(images, 3);
-    arrows.add_legend(sheet);
-    write_png(path, sheet);
+    write_png(path, contact_sheet(images, 3));
 }
 
 }  // namespace nbd

@@ -6,8 +6,6 @@
 #include <vector>
 
 #include "apps/drawing/picture.hpp"
-#include "apps/simulate/reaction_arrows.hpp"
-#include "apps/view/view_scene.hpp"
 #include "meshing/surface/mesh.hpp"
 #include "sim/scene/scene.hpp"
 
@@ -23,9 +21,8 @@ class Film {
     /// True if the picture shows this frame; the start is 0.
     bool wants(int frame) const;
 
-    /// Adds a frame. Call in order, only for frames that the picture shows. surfaces: [bodies]. reactions:
-    /// are drawn as arrows, with a scale below the frames.
-    void add_frame(double time, std::vector<TriMesh> surfaces, std::vector<ViewReaction> reactions = {});
+    /// Adds a frame. Call in order, only for frames that the picture shows. surfaces: [bodies].
+    void add_frame(double time, std::vector<TriMesh> surfaces);
 
     /// Writes the added frames as a PNG. Throws std::runtime_error with path and reason.
     void write(const std::filesystem::path& path) const;
@@ -34,10 +31,8 @@ class Film {
     struct Still {
         double time;                    // seconds
         std::vector<TriMesh> surfaces;  // [bodies]
-        std::vector<ViewReaction> reactions;
     };
 
-    ArrowScale arrow_scale(const Camera& camera, int height) const;
     void extend(Eigen::AlignedBox3f& seen, const Obstacle& obstacle, const Camera& camera) const;
 
     int frames_, stills_;

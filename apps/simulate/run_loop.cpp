@@ -45,8 +45,6 @@ RunLoop::RunLoop(SimulateOptions options, Output& out) : options_(std::move(opti
     inputs_.push_back(options_.scene);
     paths_ = output_paths(options_.output, spec_.output, options_.scene, options_.allow_outside);
     check_outputs(paths_, inputs_);
-    if (options_.arrows && paths_.picture.empty())
-        throw std::invalid_argument("--arrows: there is no picture to draw them in; allowed: with --picture");
 }
 
 void RunLoop::override_scene() {
@@ -126,8 +124,7 @@ void RunLoop::begin(const std::vector<std::string>& body_hashes) {
     outputs_.emplace(paths_, spec_, *world_, body_hashes,
                      RecordingExtras{.scene_file = options_.scene,
                                      .options = run_options_text(overridden_),
-                                     .of_frames = options_.extras,
-                                     .arrows = options_.arrows});
+                                     .of_frames = options_.extras});
     bool continues = false;
     while (const auto record = journal_->next()) {
         continues = true;

@@ -30,7 +30,6 @@ struct SimulateOptions {
     bool keep_live = false;      // whether the page is served after the end
     bool resume = false;         // continue an earlier run, or leave a finished one as it is
     bool allow_outside = false;  // whether the scene may name outputs outside of the recording's folder
-    bool arrows = false;         // whether the picture shows reactions
     ExtrasRequest extras{};
 };
 

@@ -11,7 +11,6 @@
 
 #include "apps/cli/output_paths.hpp"
 #include "apps/simulate/run_files.hpp"
-#include "apps/view/make_view.hpp"
 #include "collision/base/notice.hpp"
 #include "collision/base/temporary_files.hpp"
 #include "collision/geometry/far_origin.hpp"
@@ -69,7 +68,6 @@ SimulationOutputs::SimulationOutputs(const SceneOutput& paths, const SceneSpec& 
       world_(world),
       recording_(paths.recording, world.origin()),
       extras_(extras.of_frames),
-      arrows_(extras.arrows),
       film_(spec, world.obstacles(), 6),
       table_(paths.csv.empty() ? StepTable() : StepTable(paths.csv)) {
     if (!paths.reactions.empty()) reactions_.emplace(paths.reactions, spec);
@@ -172,11 +170,7 @@ void SimulationOutputs::add_surfaces(const SimulationFrame& frame) {
                           surfaces.back().X.rowwise() + world_.origin().transpose(), surfaces.back().F);
     }
     if (paths_.picture.empty() || !film_.wants(frame.number)) return;
-    std::vector<ViewReaction> reactions;
-    for (const Reaction& one : last_reactions(frame))
-        if (arrows_ && one.by != ReactionBy::cavity)
-            reactions.push_back(view_reaction(one.body, one.force, one.torque, one.point, world_.origin()));
-    film_.add_frame(frame.world.time, std::move(surfaces), std::move(reactions));
+    film_.add_frame(frame.world.time, std::move(surfaces));
 }
 
 void SimulationOutputs::finish(const std::string& failure) {

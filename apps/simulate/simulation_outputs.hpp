@@ -21,7 +21,6 @@ struct RecordingExtras {
         scene_file{};       // where the scene was read; stored relative to the recording; may be empty
     std::string options{};  // run_options_text() of the run; may be empty
     ExtrasRequest of_frames{};
-    bool arrows = false;  // whether the picture shows reactions
 };
 
 /// Name of the recording's label with the path of the scene file, relative to the recording's folder.
@@ -63,7 +62,6 @@ class SimulationOutputs {
     RecordingWriter recording_;
     std::vector<int> handles_;  // [bodies]
     ExtrasRequest extras_;
-    bool arrows_;
     std::optional<ContactEdgeFinder> contact_edges_;  // if they are asked for
     std::vector<std::int32_t> troubled_;              // [frames] see FrameFacts
     std::vector<std::string> labels_;                 // [bodies] for messages

@@ -1,10 +1,7 @@
-// Reactions in tables, recordings and pictures of a run.
+// Reactions in tables and recordings of a run.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <png.h>
 
-#include <cstdlib>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -13,29 +10,6 @@
 
 namespace nbd::test {
 namespace {
-
-struct Sheet {
-    int width = 0, height = 0;
-    std::vector<unsigned char> rgb;
-
-    explicit Sheet(const std::filesystem::path& path) {
-        png_image image{};
-        image.version = PNG_IMAGE_VERSION;
-        if (!png_image_begin_read_from_file(&image, path.c_str())) throw std::runtime_error(image.message);
-        image.format = PNG_FORMAT_RGB;
-        width = image.width;
-        height = image.height;
-        rgb.resize(PNG_IMAGE_SIZE(image));
-        png_image_finish_read(&image, nullptr, rgb.data(), 0, nullptr);
-    }
-    /// Number of pixels in rows from `top` on that are as red as arrows of force.
-    int red(int top, int bottom) const {
-        int count = 0;
-        for (std::size_t i = std::size_t{3} * top * width; i < std::size_t{3} * bottom * width; i += 3)
-            count += rgb[i] > 150 && rgb[i + 1] < 70 && rgb[i + 2] < 70;
-        return count;
-    }
-};
 
 using Reactions = BoxFolder;
 
@@ -86,22 +60,6 @@ TEST_F(Reactions, StayInARecordingThatIsRemapped) {
     std::erase_if(wanted, [](const RecordedReaction& row) { return row.body != 0; });
     ASSERT_FALSE(wanted.empty());
     EXPECT_EQ(RecordingReader(folder() / "remapped.h5").reactions(), wanted);
-}
-
-TEST_F(Reactions, AreArrowsInThePictureOnDemand) {
-    write_scene("scene.json", write);
-    make("simulate scene.json -o a.h5 --picture plain.png -q");
-    make("simulate scene.json -o b.h5 --picture arrows.png --arrows -q");
-    const Sheet plain(folder() / "plain.png"), arrows(folder() / "arrows.png");
-    EXPECT_EQ(plain.height, 800);
-    EXPECT_EQ(plain.red(0, 800), 0);
-    EXPECT_EQ(arrows.width, plain.width);
-    EXPECT_EQ(arrows.height, 840) << "with a strip for the scale";
-    EXPECT_GT(arrows.red(0, 800), 200);
-    EXPECT_GT(arrows.red(800, 840), 100);
-    EXPECT_TRUE(bytes("a.h5") == bytes("b.h5"));
-    EXPECT_EQ(error("simulate scene.json -o c.h5 --arrows"),
-              "nbdtree: error: --arrows: there is no picture to draw them in; allowed: with --picture\n");
 }
 
 }  // namespace
