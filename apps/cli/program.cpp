@@ -101,10 +101,25 @@ bool takes_whole_numbers(const CLI::Option& option) {
     return kind.starts_with("INT") || kind.starts_with("UINT");
 }
 
-/// Makes the options of a command refuse texts that none of their kind has.
-void check_texts(CLI::App& command) {
-    for (CLI::Option* option : command.get_options())
-        if (option->get_expected_max() > 0) option->check(takes_whole_numbers(*option) ? decimal : not_empty);
+bool accepts(CLI::Option& option, std::string text) {
+    try {
+        for (int i = 0;; ++i)
+            if (!(*option.get_validator(i))(text).empty()) return false;
+    } catch (const CLI::OptionNotFound&) {  // behind the last
+        return true;
+    }
+}
+
+/// Makes the options of a command refuse texts that none of their kind has, and --help show their defaults.
+/// One that an option refuses, as a length of 0, says that it was not given, and is not shown.
+void complete_options(CLI::App& command) {
+    for (CLI::Option* option : command.get_options()) {
+        if (option->get_expected_max() == 0) continue;
+        option->check(takes_whole_numbers(*option) ? decimal : not_empty);
+        option->capture_default_str();
+        const std::string shown = option->get_default_str();
+        if (shown.starts_with('[') ? shown == "[]" : !accepts(*option, shown)) option->default_str("");
+    }
 }
 
 /// Makes queries use the kernels that the command line names.
@@ -196,8 +211,8 @@ int run(const Program& program, Output& out, int argc, char** argv) {
     add_common_options(app, out, threads);
     program.add_commands(app, out);
     add_examples(program, app);
-    check_texts(app);
-    for (CLI::App* command : app.get_subcommands(nullptr)) check_texts(*command);
+    complete_options(app);
+    for (CLI::App* command : app.get_subcommands(nullptr)) complete_options(*command);
 
     // Commands are final callbacks, which run after everything, including --threads, has been parsed.
     std::optional<tbb::global_control> limit;

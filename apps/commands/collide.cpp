@@ -136,7 +136,6 @@ void add_collide(CLI::App& app, Output& out) {
     command
         .add_option("--bounds", arguments.bounds,
                     "Bounds of surfaces given as TREE.h5@POSE; surface files can have exact and boxes")
-        ->capture_default_str()
         ->check(bounds_name());
     command
         .add_option("--margin", arguments.margin,

@@ -117,11 +117,8 @@ void add_coverage(CLI::App& app, Output& out) {
     command
         .add_option("--contacts", arguments.contacts.scenes,
                     "Number of contact scenes of two bodies in which to count missed face pairs; 0: none")
-        ->capture_default_str()
         ->check(whole_number(0, 1'000'000));
-    command.add_option("--seed", arguments.contacts.seed, "Seed of the contact scenes")
-        ->capture_default_str()
-        ->check(seed_check());
+    command.add_option("--seed", arguments.contacts.seed, "Seed of the contact scenes")->check(seed_check());
     command.add_option("--csv", arguments.csv, "File for the table of nodes and vertices (CSV)");
     command.add_option("--contacts-csv", arguments.contacts_csv,
                        "File for the table of contact scenes (CSV)");

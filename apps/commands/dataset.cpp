@@ -217,7 +217,6 @@ void add_motion_options(CLI::App& command, DatasetArguments& arguments) {
             fmt::format("Frames per trajectory; default: {}, or those of the scene", excitation.frames))
         ->check(whole_number(1, 1'000'000));
     command.add_option("--seed", excitation.seed, "Trajectory i depends on the seed and on i alone")
-        ->capture_default_str()
         ->check(seed_check());
     command
         .add_option("--strength", arguments.strength,
@@ -226,10 +225,8 @@ void add_motion_options(CLI::App& command, DatasetArguments& arguments) {
     command
         .add_option("--frame-interval", excitation.frame_interval,
                     "Seconds between frames; 0: a fifth of the time in which sound crosses the body")
-        ->capture_default_str()
         ->check(not_negative());
     command.add_option("--steps-per-frame", excitation.steps_per_frame, "Time steps per frame")
-        ->capture_default_str()
         ->check(whole_number(1, 1000));
 }
 
@@ -237,7 +234,6 @@ void add_motion_options(CLI::App& command, DatasetArguments& arguments) {
 void add_split_options(CLI::App& command, DatasetPlan& plan) {
     command
         .add_option("--held-out", plan.held_out_share, "Share of the trajectories that training must not see")
-        ->capture_default_str()
         ->check(number_check(">= 0 and < 1", [](double x) { return x >= 0 && x < 1; }));
     command
         .add_option(
@@ -281,18 +277,15 @@ void add_dataset(CLI::App& app, Output& out) {
     command.add_option("--recipe", arguments.recipe,
                        "JSON file that describes what happens in the trajectories, see assets/recipes");
     command.add_option("--trajectories", plan.trajectories, "Number of trajectories")
-        ->capture_default_str()
         ->check(whole_number(1, 1'000'000));
     add_motion_options(command, arguments);
     command
         .add_option("--attempts", plan.attempts,
                     "Maximum attempts per trajectory; each one after a failure halves the time step")
-        ->capture_default_str()
         ->check(whole_number(1, 8));
     add_split_options(command, plan);
     add_extras_options(command, plan.extras);
     command.add_option("--per-shard", plan.per_shard, "Trajectories per file")
-        ->capture_default_str()
         ->check(whole_number(1, 1'000'000));
     command.add_option(
         "--shard", arguments.shard,

@@ -74,18 +74,15 @@ void add_evaluate(CLI::App& app, Output& out) {
         ->required();
     command.add_option("--bounds", arguments.bounds, "Bounds to evaluate, separated by commas")
         ->delimiter(',')
-        ->capture_default_str()
         ->check(bounds_name());
     command
         .add_option("--margins", arguments.config.margins,
                     "Shares added to every radius, separated by commas")
         ->delimiter(',')
-        ->capture_default_str()
         ->check(between(0, 10));
     command
         .add_option("--max-frames", arguments.config.max_frames,
                     "Maximum frames per set, evenly spread; 0: all")
-        ->capture_default_str()
         ->check(not_negative_whole());
     command.add_option("--csv", arguments.csv, "File for the table (CSV), every depth");
 }

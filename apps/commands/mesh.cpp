@@ -194,22 +194,16 @@ std::vector<CLI::Option*> add_material_options(CLI::App& command, MeshArguments&
     Material& material = arguments.config.material;
     return {
         command.add_option("--law", arguments.law, "How stress follows from strain")
-            ->capture_default_str()
             ->check(one_of(names_of_laws())),
         command.add_option("--young", material.young, "Young's modulus, Pa")
-            ->capture_default_str()
             ->check(between(least_constant, max_constant)),
         command.add_option("--poisson", material.poisson, "Poisson's ratio")
-            ->capture_default_str()
             ->check(between(least_poisson, max_poisson)),
         command.add_option("--density", material.density, "Density, kg/m3")
-            ->capture_default_str()
             ->check(between(least_constant, max_constant)),
         command.add_option("--rayleigh-mass", material.rayleigh_mass, "Damping of slow motion, 1/s")
-            ->capture_default_str()
             ->check(between(0, max_constant)),
         command.add_option("--rayleigh-stiffness", material.rayleigh_stiffness, "Damping of fast motion, s")
-            ->capture_default_str()
             ->check(between(0, max_constant)),
         command
             .add_option("--region", arguments.regions,
@@ -227,7 +221,6 @@ std::vector<CLI::Option*> add_filling_options(CLI::App& command, MeshArguments& 
                 "--nodes", config.tets.nodes,
                 "Target number of the corners of tetrahedra that have the surface's own triangles, met within 5 %; "
                 "0: determined by --grading")
-            ->capture_default_str()
             ->check(whole_number(0, 100'000'000));
     CLI::Option* const edge =
         command
@@ -257,10 +250,8 @@ std::vector<CLI::Option*> add_surface_options(CLI::App& command, MeshArguments& 
     return {command
                 .add_option("--subdivide", arguments.config.levels,
                             "1-to-4 subdivisions of the collision surface")
-                ->capture_default_str()
                 ->check(whole_number(0, 4)),
             command.add_option("--subdivision", arguments.scheme, "midpoint keeps the shape, loop rounds it")
-                ->capture_default_str()
                 ->check(one_of({"midpoint", "loop"}))};
 }
 
@@ -289,10 +280,8 @@ void add_mesh(CLI::App& app, Output& out) {
     command
         .add_option("--scale", config.scale,
                     "Factor of all coordinates: 0.001 for a file in millimetres, as bodies are in metres")
-        ->capture_default_str()
         ->check(between(least_constant, max_constant));
     command.add_option("--units", arguments.units, "Unit of the file's coordinates, beside --scale")
-        ->capture_default_str()
         ->check(one_of(length_unit_names()));
     command
         .add_option("--stretch", arguments.stretch, "Further factors of the coordinates, along x, y and z")

@@ -63,7 +63,6 @@ void add_modes(CLI::App& app, Output& out) {
         app, out, "modes", "Computes the vibration modes of a body and stores them in its file", run);
     command.add_option("BODY", arguments.body, "Body file; rewritten with the modes")->required();
     command.add_option("-m,--modes", arguments.count, "Number of modes, without the six rigid ones")
-        ->capture_default_str()
         ->check(whole_number(1, 2048));
     command.add_option("--csv", arguments.csv, "File for the frequencies (CSV)");
 }

@@ -214,7 +214,6 @@ void add_race(CLI::App& app, Output& out) {
     command
         .add_option("--audit", arguments.audit,
                     "Every N-th frame, count the face pairs that bounds miss, of bounds that can; 0: never")
-        ->capture_default_str()
         ->check(not_negative_whole());
     command.add_option("--csv", arguments.csv, "File for the table (CSV)");
 }

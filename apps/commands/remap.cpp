@@ -40,7 +40,6 @@ void add_remap(CLI::App& app, Output& out) {
     command
         .add_option("--trajectories", arguments.trajectories,
                     "Number of trajectories, starting with the first; 0: all")
-        ->capture_default_str()
         ->check(whole_number(0, 100'000'000));
 }
 

@@ -39,7 +39,6 @@ void add_scene_options(CLI::App& command, SimulateOptions& options) {
     command
         .add_option("--audit", options.audit,
                     "Every N-th frame, count the face pairs that the scene's bounds miss; 0: never")
-        ->capture_default_str()
         ->check(not_negative_whole());
 }
 

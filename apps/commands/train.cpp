@@ -198,23 +198,19 @@ void add_network_options(CLI::App& command, TrainArguments& arguments) {
         ->check(whole_number(1, 2048));
     command
         .add_option("-k,--clusters", config.clusters.k_means.clusters, "Number of representative vertices")
-        ->capture_default_str()
         ->check(whole_number(4, 100'000));
     command
         .add_option("--initialisations", config.clusters.initialisations,
                     "Runs of k-means; the best one is kept")
-        ->capture_default_str()
         ->check(whole_number(1, 1000));
     command
         .add_option("--network", arguments.network,
                     "Networks of nbd bounds: default, or paper, which are as the paper has them: full label "
                     "frame, no linear part, no weight decay, float32")
-        ->capture_default_str()
         ->check(one_of({"default", "paper"}));
     command
         .add_option("--epochs", config.mlp.max_epochs,
                     "Maximum epochs; training ends earlier when it has converged")
-        ->capture_default_str()
         ->check(whole_number(1, 1'000'000));
 }
 
@@ -232,7 +228,6 @@ void add_frame_options(CLI::App& command, TrainConfig& config) {
     command
         .add_option("--calibration", config.calibration_share,
                     "Share of the other trajectories to calibrate margins on; 0: no stated miss rate")
-        ->capture_default_str()
         ->check(below_one());
     command.add_flag("--troubled-frames", config.troubled_frames,
                      "Also use frames of steps that went wrong, which are left out otherwise");
@@ -248,7 +243,6 @@ void add_train(CLI::App& app, Output& out) {
     command.add_option("-o,--output", arguments.output, "Tree file to write")->required();
     command.add_option("--bounds", arguments.bounds, "Bounds to train, separated by commas; nbd includes bd")
         ->delimiter(',')
-        ->capture_default_str()
         ->check(bounds_name(trained_kinds));
     command
         .add_option(
@@ -261,7 +255,6 @@ void add_train(CLI::App& app, Output& out) {
     add_calibration_options(command, arguments.calibrate);
     add_memory_option(command, arguments.memory);
     command.add_option("--seed", arguments.config.seed, "Seed of the split, the clustering and the networks")
-        ->capture_default_str()
         ->check(seed_check());
 }
 

@@ -17,7 +17,6 @@ void add_calibration_options(CLI::App& command, CalibrateConfig& config) {
     command
         .add_option("--miss-rate", config.miss_rate,
                     "Share of a depth's (pose, node) pairs that may miss with the calibrated margins")
-        ->capture_default_str()
         ->check(share);
     command
         .add_option("--confidence", config.confidence,
@@ -28,7 +27,6 @@ void add_calibration_options(CLI::App& command, CalibrateConfig& config) {
         .add_option("--out-of-range", config.out_of_range,
                     "Share of each node's training inputs to count as out of range; out of range, nodes are "
                     "bounded exactly")
-        ->capture_default_str()
         ->check(number_check(">= 0 and < 1", [](double value) { return value >= 0 && value < 1; }));
 }
 

@@ -98,7 +98,6 @@ void add_view(CLI::App& app, Output& out) {
     command.add_option("SOURCE", shown.source, "What to show, see below")->required();
     command.add_option("-o,--output", arguments.output, "Page to write (HTML)")->required();
     command.add_option("--frames", shown.frames, "Most frames to show, evenly spread over all")
-        ->capture_default_str()
         ->check(whole_number(1, 100'000));
     command.add_option("--scene", shown.scene,
                        "Scene file, or its folder, of a recording that was moved away from it");

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
-
-#include "apps/cli/output.hpp"
+#include "apps/cli/command.hpp"
 
 namespace nbd {
 

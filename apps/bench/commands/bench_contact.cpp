@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <memory>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -193,28 +192,23 @@ void run(const ContactArguments& arguments, Output& out) {
 }  // namespace
 
 void add_bench_contact(CLI::App& app, Output& out) {
-    auto arguments = std::make_shared<ContactArguments>();
-    CLI::App* command =
-        app.add_subcommand("contact", "Runs scenes that are hard for contact, and counts what went wrong");
-    command->add_option("SCENES", arguments->scenes, "Scene files")->required();
-    command->add_option("--seeds", arguments->seeds, "Runs of each scene; all but the first are jittered")
-        ->check(whole_number(1, 1000))
-        ->capture_default_str();
-    command->add_option("--jitter", arguments->jitter, "Largest change of a body's velocity, m/s")
-        ->check(between(0, 1e3))
-        ->capture_default_str();
-    command->add_option("--seconds", arguments->seconds, "Time after which a run is stopped")
-        ->check(between(1, 1e6))
-        ->capture_default_str();
-    command->add_option("--pictures", arguments->pictures,
-                        "Folder for pictures of the first run of each, SCENE.png");
-    command->add_option("-o,--output", arguments->csv, "Table to write, CSV");
-    command->footer(
+    const auto [command, arguments] = add_command<ContactArguments>(
+        app, out, "contact", "Runs scenes that are hard for contact, and counts what went wrong", run);
+    command.add_option("SCENES", arguments.scenes, "Scene files")->required();
+    command.add_option("--seeds", arguments.seeds, "Runs of each scene; all but the first are jittered")
+        ->check(whole_number(1, 1000));
+    command.add_option("--jitter", arguments.jitter, "Largest change of a body's velocity, m/s")
+        ->check(between(0, 1e3));
+    command.add_option("--seconds", arguments.seconds, "Time after which a run is stopped")
+        ->check(between(1, 1e6));
+    command.add_option("--pictures", arguments.pictures,
+                       "Folder for pictures of the first run of each, SCENE.png");
+    command.add_option("-o,--output", arguments.csv, "Table to write, CSV");
+    command.footer(
         "intersecting, worst: pairs of faces that intersect at the ends of steps, in all and in one\n"
         "least_distance: between near features, m; troubled: steps that went wrong\n"
         "momentum_error: the largest in a step, relative; linearisations, ms: of a step\n"
         "Exit status 1 if a step ended with faces that intersect.");
-    command->final_callback([arguments, &out] { run(*arguments, out); });
 }
 
 }  // namespace nbd

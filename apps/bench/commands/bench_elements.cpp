@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <iterator>
-#include <memory>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -81,30 +80,22 @@ void run(const BenchElementsArguments& arguments, Output& out) {
 }  // namespace
 
 void add_bench_elements(CLI::App& app, Output& out) {
-    auto arguments = std::make_shared<BenchElementsArguments>();
-    CLI::App* elements =
-        app.add_subcommand("elements", "Compares tetrahedra of four and of ten nodes at equal error");
-    elements->add_option("BODIES", arguments->bodies, "Body files or other tetrahedra, or surfaces")
-        ->required();
-    elements
-        ->add_option("--cage", arguments->cages,
-                     "Sizes of cages around surfaces, in tet nodes; 0: the surface itself is filled")
+    const auto [command, arguments] = add_command<BenchElementsArguments>(
+        app, out, "elements", "Compares tetrahedra of four and of ten nodes at equal error", run);
+    command.add_option("BODIES", arguments.bodies, "Body files or other tetrahedra, or surfaces")->required();
+    command
+        .add_option("--cage", arguments.cages,
+                    "Sizes of cages around surfaces, in tet nodes; 0: the surface itself is filled")
         ->delimiter(',')
-        ->check(whole_number(0, max_cage_nodes))
-        ->capture_default_str();
-    elements
-        ->add_option("--levels", arguments->config.levels,
-                     "How often tetrahedra are split into eight for the reference, at most")
-        ->check(whole_number(1, 4))
-        ->capture_default_str();
-    elements->add_option("--repeats", arguments->config.repeats, "Times are medians over so many")
-        ->check(whole_number(1, 1'000'000))
-        ->capture_default_str();
-    elements->add_option("--poisson", arguments->config.poisson, "Poisson's ratio")
-        ->check(between(0.01, 0.49))
-        ->capture_default_str();
-    elements->add_option("-o,--output", arguments->csv, "Table to write, CSV");
-    elements->final_callback([arguments, &out] { run(*arguments, out); });
+        ->check(whole_number(0, max_cage_nodes));
+    command
+        .add_option("--levels", arguments.config.levels,
+                    "How often tetrahedra are split into eight for the reference, at most")
+        ->check(whole_number(1, 4));
+    command.add_option("--repeats", arguments.config.repeats, "Times are medians over so many")
+        ->check(whole_number(1, 1'000'000));
+    command.add_option("--poisson", arguments.config.poisson, "Poisson's ratio")->check(between(0.01, 0.49));
+    command.add_option("-o,--output", arguments.csv, "Table to write, CSV");
 }
 
 }  // namespace nbd

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <memory>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -57,19 +56,15 @@ void run(const ExactnessArguments& arguments, Output& out) {
 }  // namespace
 
 void add_bench_exactness(CLI::App& bench, Output& out) {
-    auto arguments = std::make_shared<ExactnessArguments>();
-    CLI::App* command = bench.add_subcommand(
-        "exactness", "Exact bounds against a reference without trees, in wild poses, with all kernels");
-    command->footer("Exit status 1 if any answer differs.");
-    command->add_option("BODY", arguments->bodies, "Body files")->required();
-    command->add_option("--scenes", arguments->config.scenes, "Scenes of each body")
-        ->check(whole_number(1, 1'000'000))
-        ->capture_default_str();
-    command->add_option("--seed", arguments->config.seed, "Seed of the poses")
-        ->check(seed_check())
-        ->capture_default_str();
-    command->add_option("-o,--output", arguments->csv, "File for the table (CSV)");
-    command->final_callback([arguments, &out] { run(*arguments, out); });
+    const auto [command, arguments] = add_command<ExactnessArguments>(
+        bench, out, "exactness",
+        "Exact bounds against a reference without trees, in wild poses, with all kernels", run);
+    command.footer("Exit status 1 if any answer differs.");
+    command.add_option("BODY", arguments.bodies, "Body files")->required();
+    command.add_option("--scenes", arguments.config.scenes, "Scenes of each body")
+        ->check(whole_number(1, 1'000'000));
+    command.add_option("--seed", arguments.config.seed, "Seed of the poses")->check(seed_check());
+    command.add_option("-o,--output", arguments.csv, "File for the table (CSV)");
 }
 
 }  // namespace nbd

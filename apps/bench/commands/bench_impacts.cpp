@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <cstdint>
-#include <memory>
 #include <stdexcept>
 #include <string>
 
@@ -58,27 +57,21 @@ void run(const ImpactsArguments& arguments, Output& out) {
 }  // namespace
 
 void add_bench_impacts(CLI::App& app, Output& out) {
-    auto arguments = std::make_shared<ImpactsArguments>();
-    CLI::App* command = app.add_subcommand(
-        "impacts", "Continuous collision detection against exact answers and against sampling in time");
+    const auto [command, arguments] = add_command<ImpactsArguments>(
+        app, out, "impacts",
+        "Continuous collision detection against exact answers and against sampling in time", run);
     command
-        ->add_option(
-            "FOLDER", arguments->folder,
-            "Queries with exact answers, SCENE/{edge-edge,vertex-face}/*.csv; none: random ones only")
+        .add_option("FOLDER", arguments.folder,
+                    "Queries with exact answers, SCENE/{edge-edge,vertex-face}/*.csv; none: random ones only")
         ->check(CLI::ExistingDirectory);
-    command->add_option("--random", arguments->random, "Number of random motions")
-        ->check(whole_number(0L, 1000000000L))
-        ->capture_default_str();
-    command->add_option("--samples", arguments->samples, "Distances over each random motion")
-        ->check(whole_number(1, 100000))
-        ->capture_default_str();
-    command->add_option("--seed", arguments->seed, "Seed of the random motions")
-        ->check(seed_check())
-        ->capture_default_str();
-    command->add_option("-o,--output", arguments->csv,
-                        "File for the table of the queries with exact answers (CSV)");
-    command->footer("Exit status 1 if a collision is missed.");
-    command->final_callback([arguments, &out] { run(*arguments, out); });
+    command.add_option("--random", arguments.random, "Number of random motions")
+        ->check(whole_number(0L, 1000000000L));
+    command.add_option("--samples", arguments.samples, "Distances over each random motion")
+        ->check(whole_number(1, 100000));
+    command.add_option("--seed", arguments.seed, "Seed of the random motions")->check(seed_check());
+    command.add_option("-o,--output", arguments.csv,
+                       "File for the table of the queries with exact answers (CSV)");
+    command.footer("Exit status 1 if a collision is missed.");
 }
 
 }  // namespace nbd

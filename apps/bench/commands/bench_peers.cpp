@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <functional>
-#include <memory>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -168,73 +167,58 @@ void add_race_options(CLI::App& command, RaceArguments& arguments, const std::st
                     fmt::format("Folder to write {}.csv to, which draw_charts.py draws", name))
         ->required();
     command.add_option("--rounds", arguments.race.rounds, "Maximum rounds over all scenes")
-        ->check(whole_number(1, 1'000'000))
-        ->capture_default_str();
+        ->check(whole_number(1, 1'000'000));
     command
         .add_option("--seconds", arguments.race.max_seconds,
                     "Maximum seconds per method and case, after the first round")
-        ->check(positive())
-        ->capture_default_str();
+        ->check(positive());
 }
 
 }  // namespace
 
 void add_bench_peers(CLI::App& bench, Output& out) {
-    auto arguments = std::make_shared<PeersArguments>();
-    CLI::App* command = bench.add_subcommand(
-        "peers", "Times the intersecting faces of two deforming bodies: all bounds, lazy boxes, Embree");
-    command->footer(
+    const auto [command, arguments] = add_command<PeersArguments>(
+        bench, out, "peers",
+        "Times the intersecting faces of two deforming bodies: all bounds, lazy boxes, Embree", run);
+    command.footer(
         "Two copies of a body in poses that no tree was trained on; the second is turned and moved in until\n"
         "enough faces of the first body's surface intersect. Surfaces of all bodies hang on the same nodes.");
-    command->add_option("DATA", arguments->recording, "Recording of the first body")->required();
-    add_race_options(*command, *arguments, "peers");
-    command->add_option("--contact", arguments->contacts, "How much the bodies overlap")
+    command.add_option("DATA", arguments.recording, "Recording of the first body")->required();
+    add_race_options(command, arguments, "peers");
+    command.add_option("--contact", arguments.contacts, "How much the bodies overlap")
         ->delimiter(',')
-        ->check(one_of({"light", "heavy"}))
-        ->capture_default_str();
-    command->add_option("--methods", arguments->only, "Methods to time, by name or prefix*; default: all")
+        ->check(one_of({"light", "heavy"}));
+    command.add_option("--methods", arguments.only, "Methods to time, by name or prefix*; default: all")
         ->delimiter(',');
-    command->add_option("--clusters", arguments->clusters, "Faces per cluster of lazy boxes")
+    command.add_option("--clusters", arguments.clusters, "Faces per cluster of lazy boxes")
         ->delimiter(',')
-        ->check(whole_number(1, 4096))
-        ->capture_default_str();
-    command->add_option("--light", arguments->light, "Minimum intersecting face pairs in light contact")
-        ->check(whole_number(1, 1'000'000))
-        ->capture_default_str();
-    command->add_option("--heavy", arguments->heavy, "Minimum intersecting face pairs in heavy contact")
-        ->check(whole_number(1, 1'000'000))
-        ->capture_default_str();
-    command->add_option("--scenes", arguments->scenes.scenes, "Number of scenes")
-        ->check(whole_number(1, 10'000))
-        ->capture_default_str();
-    command->add_option("--seed", arguments->scenes.seed, "Seed of the scenes")
-        ->check(seed_check())
-        ->capture_default_str();
-    command->final_callback([arguments, &out] { run(*arguments, out); });
+        ->check(whole_number(1, 4096));
+    command.add_option("--light", arguments.light, "Minimum intersecting face pairs in light contact")
+        ->check(whole_number(1, 1'000'000));
+    command.add_option("--heavy", arguments.heavy, "Minimum intersecting face pairs in heavy contact")
+        ->check(whole_number(1, 1'000'000));
+    command.add_option("--scenes", arguments.scenes.scenes, "Number of scenes")
+        ->check(whole_number(1, 10'000));
+    command.add_option("--seed", arguments.scenes.seed, "Seed of the scenes")->check(seed_check());
 }
 
 void add_bench_fig5(CLI::App& bench, Output& out) {
-    auto arguments = std::make_shared<Figure5Arguments>();
-    CLI::App* command =
-        bench.add_subcommand("fig5", "The paper's figure 5: total, update and collision time by faces");
-    command->footer(
+    const auto [command, arguments] = add_command<Figure5Arguments>(
+        bench, out, "fig5", "The paper's figure 5: total, update and collision time by faces", run);
+    command.footer(
         "SCENE is what `nbdtree simulate` recorded of two copies of the first body; the frames in which they\n"
         "touch are asked for on each body's surface.");
-    command->add_option("SCENE", arguments->recording, "Recording of a scene of two bodies")->required();
-    add_race_options(*command, *arguments, "figure5");
-    command->add_option("--bounds", arguments->bounds, "Bounds to compare")
+    command.add_option("SCENE", arguments.recording, "Recording of a scene of two bodies")->required();
+    add_race_options(command, arguments, "figure5");
+    command.add_option("--bounds", arguments.bounds, "Bounds to compare")
         ->delimiter(',')
-        ->check(bounds_name())
-        ->capture_default_str();
+        ->check(bounds_name());
     command
-        ->add_option("--distance", arguments->distance,
-                     "Use frames in which the surfaces come at least this close, in radii of the body")
-        ->check(between(0, 1))
-        ->capture_default_str();
-    command->add_option("--frames", arguments->frames, "Maximum number of these frames, evenly spread")
-        ->check(whole_number(1, 1'000'000))
-        ->capture_default_str();
-    command->final_callback([arguments, &out] { run(*arguments, out); });
+        .add_option("--distance", arguments.distance,
+                    "Use frames in which the surfaces come at least this close, in radii of the body")
+        ->check(between(0, 1));
+    command.add_option("--frames", arguments.frames, "Maximum number of these frames, evenly spread")
+        ->check(whole_number(1, 1'000'000));
 }
 
 }  // namespace nbd

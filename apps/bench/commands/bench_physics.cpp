@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -59,18 +58,17 @@ std::vector<std::string> names() {
 }  // namespace
 
 void add_bench_physics(CLI::App& app, Output& out) {
-    auto arguments = std::make_shared<PhysicsArguments>();
-    CLI::App* command = app.add_subcommand(
-        "physics", "Compares motions with what is true of them, over sizes, steps and stiffnesses");
-    command->add_option("CHECKS", arguments->checks, "Checks to run; default: all")->check(one_of(names()));
-    command->add_flag("--list", arguments->list, "Lists the checks and runs none");
-    command->add_flag("--quick", arguments->quick, "Runs a part of each range, some minutes in all");
-    command->add_option("-o,--output", arguments->csv,
-                        "Table of all cases to write, CSV, which draw_charts.py draws");
-    command->footer(
+    const auto [command, arguments] = add_command<PhysicsArguments>(
+        app, out, "physics", "Compares motions with what is true of them, over sizes, steps and stiffnesses",
+        run);
+    command.add_option("CHECKS", arguments.checks, "Checks to run; default: all")->check(one_of(names()));
+    command.add_flag("--list", arguments.list, "Lists the checks and runs none");
+    command.add_flag("--quick", arguments.quick, "Runs a part of each range, some minutes in all");
+    command.add_option("-o,--output", arguments.csv,
+                       "Table of all cases to write, CSV, which draw_charts.py draws");
+    command.footer(
         "One row a check: its worst case, what was found there, and whether all cases hold.\n"
         "Runs as many cases at a time as there are threads; the outcomes do not depend on it.");
-    command->final_callback([arguments, &out] { run(*arguments, out); });
 }
 
 }  // namespace nbd

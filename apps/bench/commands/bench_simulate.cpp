@@ -211,28 +211,23 @@ void run(const BenchSimulateArguments& arguments, Output& out) {
 }  // namespace
 
 void add_bench_simulate(CLI::App& app, Output& out) {
-    auto arguments = std::make_shared<BenchSimulateArguments>();
-    CLI::App* simulate =
-        app.add_subcommand("simulate", "Times steps beside steps with one factorisation each, in one run");
-    simulate->add_option("BODIES", arguments->bodies, "Body files, or surfaces to mesh at several sizes")
+    const auto [command, arguments] = add_command<BenchSimulateArguments>(
+        app, out, "simulate", "Times steps beside steps with one factorisation each, in one run", run);
+    command.add_option("BODIES", arguments.bodies, "Body files, or surfaces to mesh at several sizes")
         ->required();
-    simulate->add_option("--nodes", arguments->nodes, "Sizes for surfaces, in tet nodes")
+    command.add_option("--nodes", arguments.nodes, "Sizes for surfaces, in tet nodes")
         ->delimiter(',')
-        ->check(whole_number(8, 10'000'000))
-        ->capture_default_str();
-    simulate->add_option("--steps", arguments->steps, "Steps per scene; the first is not counted")
-        ->check(whole_number(2, 1'000'000))
-        ->capture_default_str();
-    simulate
-        ->add_option("--tolerance", arguments->tolerance,
-                     "Residual of the linear solves, relative to a body's impulses")
-        ->check(between(1e-12, 0.5))
-        ->capture_default_str();
-    simulate->add_flag("--alone", arguments->alone,
-                       "Without the factorising solver, which takes minutes a step on large bodies; "
-                       "tells memory instead");
-    simulate->add_option("-o,--output", arguments->csv, "Table to write, CSV");
-    simulate->final_callback([arguments, &out] { run(*arguments, out); });
+        ->check(whole_number(8, 10'000'000));
+    command.add_option("--steps", arguments.steps, "Steps per scene; the first is not counted")
+        ->check(whole_number(2, 1'000'000));
+    command
+        .add_option("--tolerance", arguments.tolerance,
+                    "Residual of the linear solves, relative to a body's impulses")
+        ->check(between(1e-12, 0.5));
+    command.add_flag("--alone", arguments.alone,
+                     "Without the factorising solver, which takes minutes a step on large bodies; "
+                     "tells memory instead");
+    command.add_option("-o,--output", arguments.csv, "Table to write, CSV");
 }
 
 }  // namespace nbd

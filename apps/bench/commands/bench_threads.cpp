@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -91,38 +90,31 @@ void run(const ThreadsArguments& arguments, Output& out) {
 }  // namespace
 
 void add_bench_threads(CLI::App& app, Output& out) {
-    auto arguments = std::make_shared<ThreadsArguments>();
-    CLI::App* command = app.add_subcommand(
-        "threads", "Counts how many times faster work may be on more threads, beside what is measured here");
-    command->add_option("SCENES", arguments->scenes, "Scene files, whose steps are counted");
-    command->add_option("--dataset", arguments->dataset, "A body, of which a dataset is simulated");
-    command->add_option("--trajectories", arguments->trajectories, "Of the dataset")
-        ->check(whole_number(1, 100'000))
-        ->capture_default_str();
-    command->add_option("--frames", arguments->frames, "Of each trajectory of the dataset")
-        ->check(whole_number(1, 100'000))
-        ->capture_default_str();
-    command
-        ->add_option("--train", arguments->training, "A body and its recording, of which a tree is trained")
+    const auto [command, arguments] = add_command<ThreadsArguments>(
+        app, out, "threads",
+        "Counts how many times faster work may be on more threads, beside what is measured here", run);
+    command.add_option("SCENES", arguments.scenes, "Scene files, whose steps are counted");
+    command.add_option("--dataset", arguments.dataset, "A body, of which a dataset is simulated");
+    command.add_option("--trajectories", arguments.trajectories, "Of the dataset")
+        ->check(whole_number(1, 100'000));
+    command.add_option("--frames", arguments.frames, "Of each trajectory of the dataset")
+        ->check(whole_number(1, 100'000));
+    command.add_option("--train", arguments.training, "A body and its recording, of which a tree is trained")
         ->expected(2);
-    command->add_option("--steps", arguments->config.steps, "Steps that are counted")
-        ->check(whole_number(1, 100'000))
-        ->capture_default_str();
-    command->add_option("--skip", arguments->config.skip, "Steps before them")
-        ->check(whole_number(1, 1'000'000))
-        ->capture_default_str();
+    command.add_option("--steps", arguments.config.steps, "Steps that are counted")
+        ->check(whole_number(1, 100'000));
+    command.add_option("--skip", arguments.config.skip, "Steps before them")
+        ->check(whole_number(1, 1'000'000));
     command
-        ->add_option("--repeats", arguments->config.repeats,
-                     "How often all is recorded; the shortest time of each part counts")
-        ->check(whole_number(1, 100))
-        ->capture_default_str();
-    command->add_option("-o,--output", arguments->csv, "Table to write, CSV");
-    command->footer(
+        .add_option("--repeats", arguments.config.repeats,
+                    "How often all is recorded; the shortest time of each part counts")
+        ->check(whole_number(1, 100));
+    command.add_option("-o,--output", arguments.csv, "Table to write, CSV");
+    command.footer(
         "One thread does the work, and the time of each task of its parallel loops is recorded. Counted is\n"
         "how long other numbers of threads would take if starting a task cost nothing and threads did not\n"
         "slow each other down: an upper bound of what a machine reaches.\n"
         "loop: tasks of a loop; serial: what waits for all before it and lets all after it wait");
-    command->final_callback([arguments, &out] { run(*arguments, out); });
 }
 
 }  // namespace nbd
