@@ -2,11 +2,37 @@
 
 #include <cstring>
 #include <stdexcept>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 
 namespace nbd {
 namespace {
+
+// Members of structs that hold arrays or vectors, in the order in which records have them.
+constexpr auto members(const BodyState*) { return std::tuple(&BodyState::x, &BodyState::v); }
+constexpr auto members(const PastStep*) {
+    return std::tuple(&PastStep::v, &PastStep::inner_forces, &PastStep::held);
+}
+constexpr auto members(const Momentum*) { return std::tuple(&Momentum::linear, &Momentum::angular); }
+constexpr auto members(const JointLoad*) { return std::tuple(&JointLoad::on_a, &JointLoad::on_b); }
+constexpr auto members(const Reaction*) {
+    return std::tuple(&Reaction::body, &Reaction::by, &Reaction::number, &Reaction::force, &Reaction::torque,
+                      &Reaction::point, &Reaction::pressure, &Reaction::volume);
+}
+constexpr auto members(const StepReactions*) {
+    return std::tuple(&StepReactions::frame, &StepReactions::time, &StepReactions::all);
+}
+
+template <class T>
+concept HasMembers = requires(const T* value) {
+    members(value);
+};
+
+template <class Archive, class T>
+void pass_members(Archive& archive, T& value) {
+    std::apply([&](auto... member) { (archive(value.*member), ...); }, members(&value));
+}
 
 /// Appends values in this program's memory layout.
 class RecordWriter {
@@ -20,35 +46,9 @@ class RecordWriter {
         (*this)(rows.rows());
         append(rows.data(), static_cast<std::size_t>(rows.size()) * sizeof(double));
     }
-    void operator()(const BodyState& state) {
-        (*this)(state.x);
-        (*this)(state.v);
-    }
-    void operator()(const PastStep& past) {
-        (*this)(past.v);
-        (*this)(past.inner_forces);
-        (*this)(past.held);
-    }
-    void operator()(const JointLoad& load) {
-        for (const Momentum* side : {&load.on_a, &load.on_b}) {
-            (*this)(side->linear);
-            (*this)(side->angular);
-        }
-    }
-    void operator()(const Reaction& reaction) {
-        (*this)(reaction.body);
-        (*this)(reaction.by);
-        (*this)(reaction.number);
-        (*this)(reaction.force);
-        (*this)(reaction.torque);
-        (*this)(reaction.point);
-        (*this)(reaction.pressure);
-        (*this)(reaction.volume);
-    }
-    void operator()(const StepReactions& step) {
-        (*this)(step.frame);
-        (*this)(step.time);
-        (*this)(step.all);
+    template <HasMembers T>
+    void operator()(const T& value) {
+        pass_members(*this, value);
     }
     template <class T>
     void operator()(const std::vector<T>& values) {
@@ -79,35 +79,9 @@ class RecordReader {
         rows.resize(count(3 * sizeof(double)), 3);
         take(rows.data(), static_cast<std::size_t>(rows.size()) * sizeof(double));
     }
-    void operator()(BodyState& state) {
-        (*this)(state.x);
-        (*this)(state.v);
-    }
-    void operator()(PastStep& past) {
-        (*this)(past.v);
-        (*this)(past.inner_forces);
-        (*this)(past.held);
-    }
-    void operator()(JointLoad& load) {
-        for (Momentum* side : {&load.on_a, &load.on_b}) {
-            (*this)(side->linear);
-            (*this)(side->angular);
-        }
-    }
-    void operator()(Reaction& reaction) {
-        (*this)(reaction.body);
-        (*this)(reaction.by);
-        (*this)(reaction.number);
-        (*this)(reaction.force);
-        (*this)(reaction.torque);
-        (*this)(reaction.point);
-        (*this)(reaction.pressure);
-        (*this)(reaction.volume);
-    }
-    void operator()(StepReactions& step) {
-        (*this)(step.frame);
-        (*this)(step.time);
-        (*this)(step.all);
+    template <HasMembers T>
+    void operator()(T& value) {
+        pass_members(*this, value);
     }
     template <class T>
     void operator()(std::vector<T>& values) {
