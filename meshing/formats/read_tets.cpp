@@ -104,26 +104,33 @@ void check_faces(const TetMesh& tets) {
                             sides[i - 1][4], sides[i][4]));
 }
 
-/// The groups by name; those of the same name are one. gmsh marks tetrahedra that a group has turned by a
-/// negative number.
-std::vector<TetGroup> groups_of(const TetFileContent& content) {
-    std::map<std::string, TetGroup> found;
-    bool has_names = false;
-    for (std::size_t t = 0; t < content.group_of_tet.size(); ++t) {
-        const int number = std::abs(content.group_of_tet[t]);
-        if (number == 0) continue;
-        const auto given = content.group_names.find(number);
-        const bool is_named = given != content.group_names.end() && !given->second.empty();
+/// Groups by name; those of the same name are one.
+template <class Group>
+struct NamedGroups {
+    std::map<std::string, Group> found{};
+    bool has_names = false;  // whether the file names any of them
+
+    /// The group of a number. gmsh marks tetrahedra that a group has turned by a negative number.
+    Group& of(int number, const std::map<int, std::string>& names) {
+        number = std::abs(number);
+        const auto given = names.find(number);
+        const bool is_named = given != names.end() && !given->second.empty();
         has_names = has_names || is_named;
         const std::string name = is_named ? given->second : fmt::format("group {}", number);
-        TetGroup& group = found[name];
+        Group& group = found[name];
         group.name = name;
-        group.tets.push_back(t);
+        return group;
     }
-    if (!has_names && found.size() == 1 && found.begin()->second.tets.size() == content.tets.size())
-        return {};
+};
+
+std::vector<TetGroup> groups_of(const TetFileContent& content) {
+    NamedGroups<TetGroup> named;
+    for (std::size_t t = 0; t < content.group_of_tet.size(); ++t)
+        if (const int number = content.group_of_tet[t]; number != 0)
+            named.of(number, content.group_names).tets.push_back(t);
     std::vector<TetGroup> groups;
-    for (auto& [name, group] : found) groups.push_back(std::move(group));
+    for (auto& [name, group] : named.found) groups.push_back(std::move(group));
+    if (!named.has_names && groups.size() == 1 && groups[0].tets.size() == content.tets.size()) return {};
     return groups;
 }
 
@@ -133,21 +140,13 @@ std::vector<FaceGroup> face_groups_of(TetFileContent& content, const TetMesh& te
     const Faces boundary = boundary_faces(tets);
     std::map<std::array<int, 3>, int> row;
     for (Eigen::Index f = 0; f < boundary.rows(); ++f) row[sorted_corners(boundary, f)] = static_cast<int>(f);
-    std::map<std::string, FaceGroup> found;
-    bool has_names = false;
+    NamedGroups<FaceGroup> named;
     for (std::size_t k = 0; k < content.triangles.size(); ++k) {
         std::array<int, 3> corners = content.triangles[k];
         std::ranges::sort(corners);
-        const auto face = row.find(corners);
-        if (face == row.end()) continue;
-        const int number = std::abs(content.group_of_triangle[k]);
-        const auto given = content.triangle_group_names.find(number);
-        const bool is_named = given != content.triangle_group_names.end() && !given->second.empty();
-        has_names = has_names || is_named;
-        const std::string name = is_named ? given->second : fmt::format("group {}", number);
-        FaceGroup& group = found[name];
-        group.name = name;
-        group.faces.push_back(face->second);
+        if (const auto face = row.find(corners); face != row.end())
+            named.of(content.group_of_triangle[k], content.triangle_group_names)
+                .faces.push_back(face->second);
     }
     for (const NodeSet& set : content.node_sets) {
         std::vector<char> is_in(tets.X.rows(), 0);
@@ -161,16 +160,16 @@ std::vector<FaceGroup> face_groups_of(TetFileContent& content, const TetMesh& te
                 fmt::format("set {} of {} nodes left out: no face has all of its corners in it", set.name,
                             set.nodes.size()));
         else if (std::ssize(group.faces) < boundary.rows())
-            found.emplace(set.name, std::move(group));
-        has_names = true;
+            named.found.emplace(set.name, std::move(group));
+        named.has_names = true;
     }
     std::vector<FaceGroup> groups;
-    for (auto& [name, group] : found) {
+    for (auto& [name, group] : named.found) {
         std::ranges::sort(group.faces);
         group.faces.erase(std::unique(group.faces.begin(), group.faces.end()), group.faces.end());
         groups.push_back(std::move(group));
     }
-    if (!has_names && groups.size() == 1 && std::ssize(groups[0].faces) == boundary.rows()) return {};
+    if (!named.has_names && groups.size() == 1 && std::ssize(groups[0].faces) == boundary.rows()) return {};
     return groups;
 }
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cstdint>
 #include <deque>
 #include <map>
@@ -23,13 +22,6 @@ std::string_view stripped(std::string_view text) {
     constexpr std::string_view blank = " \t\r\"";
     text.remove_prefix(std::min(text.find_first_not_of(blank), text.size()));
     return text.substr(0, text.find_last_not_of(blank) + 1);  // npos + 1 is 0
-}
-
-std::string capitals(std::string_view word) {
-    std::string text(word);
-    std::ranges::transform(text, text.begin(),
-                           [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-    return text;
 }
 
 /// The cells of a line with commas between them; none behind the last comma.
@@ -240,21 +232,24 @@ class InpReader {
         for (const std::string_view cell : cells) add_member(cell);
     }
     void add_member(std::string_view cell) {
-        Sets& sets = is_of_nodes_ ? node_sets_ : element_sets_;
-        const auto& numbers = is_of_nodes_ ? row_of_node_ : place_of_element_;
-        const char* kind = is_of_nodes_ ? "node" : "element";
-        std::vector<int> rows;
+        const std::vector<int> rows = members_of(cell, is_of_nodes_);
+        rows_->insert(rows_->end(), rows.begin(), rows.end());
+    }
+    /// The rows of a node or an element, by its number, or of a set of them, by its name.
+    std::vector<int> members_of(std::string_view cell, bool of_nodes) {
+        Sets& sets = of_nodes ? node_sets_ : element_sets_;
+        const auto& numbers = of_nodes ? row_of_node_ : place_of_element_;
         if (const auto number = number_in<std::int64_t>(cell)) {
             const auto found = numbers.find(*number);
-            if (found == numbers.end()) in_.fail(fmt::format("{} {} is not in the file", kind, *number));
-            rows = {found->second};
-        } else if (const auto other = find_set(sets, cell); other != sets.end()) {
-            rows = other->rows;
-        } else {
-            in_.fail(fmt::format("'{}' is neither {} nor a set of them", printable(cell),
-                                 is_of_nodes_ ? "a node" : "an element"));
+            if (found == numbers.end())
+                in_.fail(fmt::format("{} {} is not in the file", of_nodes ? "node" : "element", *number));
+            return {found->second};
         }
-        rows_->insert(rows_->end(), rows.begin(), rows.end());
+        const auto set = find_set(sets, cell);
+        if (set == sets.end())
+            in_.fail(fmt::format("'{}' is neither {} nor a set of them", printable(cell),
+                                 of_nodes ? "a node" : "an element"));
+        return set->rows;
     }
     /// The first number, the last and the step.
     void generate(const Cells& cells) {
@@ -291,20 +286,9 @@ class InpReader {
     }
     /// An element or a set of them, and a side of it.
     void read_face(const Cells& cells) {
-        std::vector<int> places;
         if (cells.empty()) return;
-        if (const auto number = number_in<std::int64_t>(cells[0])) {
-            const auto found = place_of_element_.find(*number);
-            if (found == place_of_element_.end())
-                in_.fail(fmt::format("element {} is not in the file", *number));
-            places = {found->second};
-        } else if (const auto set = find_set(element_sets_, cells[0]); set != element_sets_.end()) {
-            places = set->rows;
-        } else {
-            in_.fail(fmt::format("'{}' is neither an element nor a set of them", printable(cells[0])));
-        }
         const std::string side = cells.size() > 1 ? capitals(cells[1]) : "";
-        for (const int place : places) {
+        for (const int place : members_of(cells[0], false)) {
             const Element& element = elements_[place];
             if (element.index < 0) continue;
             if (!element.is_tet) {

@@ -28,6 +28,19 @@ bool is_volume(std::string_view keyword) {
            keyword.starts_with("TetrahedraP") || keyword.starts_with("HexahedraQ");
 }
 
+/// Reads the corners of a cell, which count from 1.
+template <std::size_t count>
+std::array<int, count> read_corners(FileCursor& in, const char* what, std::size_t index, std::size_t nodes) {
+    std::array<int, count> corners{};
+    for (int& corner : corners) {
+        const std::int64_t node = in.int64();
+        if (node < 1 || node > static_cast<std::int64_t>(nodes))
+            in.fail(fmt::format("{} {} refers to node {}; allowed: 1 to {}", what, index, node, nodes));
+        corner = static_cast<int>(node - 1);
+    }
+    return corners;
+}
+
 bool is_surface_or_line(std::string_view keyword) {
     return keyword == "Triangles" || keyword == "Quadrilaterals" || keyword == "Edges";
 }
@@ -56,27 +69,14 @@ TetFileContent read_medit(FileCursor& in) {
             if (content.nodes.empty()) in.fail("tetrahedra before the vertices");
             content.tets.resize(in.count("tetrahedra", 10));
             for (std::size_t t = 0; t < content.tets.size(); ++t) {
-                for (int& corner : content.tets[t]) {
-                    const std::int64_t node = in.int64();
-                    if (node < 1 || node > std::ssize(content.nodes))
-                        in.fail(fmt::format("tetrahedron {} refers to node {}; allowed: 1 to {}", t, node,
-                                            content.nodes.size()));
-                    corner = node - 1;
-                }
+                content.tets[t] = read_corners<4>(in, "tetrahedron", t, content.nodes.size());
                 content.group_of_tet.push_back(in.int32());
             }
         } else if (keyword == "Triangles" && !content.nodes.empty()) {
             const std::size_t count = in.count("triangles", 8);
             content.other_cells += static_cast<int>(count);
             for (std::size_t f = 0; f < count; ++f) {
-                std::array<int, 3> triangle{};
-                for (int& corner : triangle) {
-                    const std::int64_t node = in.int64();
-                    if (node < 1 || node > std::ssize(content.nodes))
-                        in.fail(fmt::format("triangle {} refers to node {}; allowed: 1 to {}", f, node,
-                                            content.nodes.size()));
-                    corner = static_cast<int>(node - 1);
-                }
+                const std::array<int, 3> triangle = read_corners<3>(in, "triangle", f, content.nodes.size());
                 const int group = in.int32();
                 if (group == 0) continue;
                 content.triangles.push_back(triangle);

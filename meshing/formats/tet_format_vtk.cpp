@@ -44,11 +44,25 @@ bool is_volume(std::int64_t cell_type) {
     return !((cell_type >= 1 && cell_type <= 9) || (cell_type >= 21 && cell_type <= 23));
 }
 
+/// The corners of a cell as nodes of the content.
+template <std::size_t count>
+std::array<int, count> nodes_of(const VtkCells& cells, std::size_t c, std::int64_t first_node,
+                                const FileCursor& in, const TetFileContent& content) {
+    const std::int64_t nodes = std::ssize(content.nodes) - first_node;
+    std::array<int, count> corners{};
+    for (std::size_t k = 0; k < count; ++k) {
+        const std::int64_t node = cells.corners[cells.offsets[c] + k];
+        if (node < 0 || node >= nodes)
+            in.fail(fmt::format("cell {} refers to point {}; allowed: 0 to {}", c, node, nodes - 1));
+        corners[k] = static_cast<int>(first_node + node);
+    }
+    return corners;
+}
+
 }  // namespace
 
 void add_cells(const VtkCells& cells, std::int64_t first_node, const FileCursor& in,
                TetFileContent& content) {
-    const std::int64_t nodes = std::ssize(content.nodes) - first_node;
     for (std::size_t c = 0; c < cells.types.size(); ++c) {
         const std::int64_t type = cells.types[c], corners = cells.offsets[c + 1] - cells.offsets[c];
         if (is_volume(type) && (type != vtk_tetrahedron || corners != 4))
@@ -61,26 +75,16 @@ void add_cells(const VtkCells& cells, std::int64_t first_node, const FileCursor&
             ++content.other_cells;
             continue;
         }
-        std::array<int, 4> tet{};
-        for (std::size_t k = 0; k < 4; ++k) {
-            const std::int64_t node = cells.corners[cells.offsets[c] + k];
-            if (node < 0 || node >= nodes)
-                in.fail(fmt::format("cell {} refers to point {}; allowed: 0 to {}", c, node, nodes - 1));
-            tet[k] = first_node + node;
-        }
-        content.tets.push_back(tet);
+        content.tets.push_back(nodes_of<4>(cells, c, first_node, in, content));
     }
 }
 
 bool names_groups(std::string_view array) {
     constexpr std::string_view names[]{
-        "group",         "groups",    "region",        "regions",     "regionid",    "region_id",
-        "material",      "materials", "materialid",    "materialids", "material_id", "material_ids",
-        "gmsh:physical", "medit:ref", "cellentityids", "physicalids", "physical"};
-    std::string small(array);
-    std::ranges::transform(small, small.begin(),
-                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return std::ranges::find(names, small) != std::end(names);
+        "GROUP",         "GROUPS",    "REGION",        "REGIONS",     "REGIONID",    "REGION_ID",
+        "MATERIAL",      "MATERIALS", "MATERIALID",    "MATERIALIDS", "MATERIAL_ID", "MATERIAL_IDS",
+        "GMSH:PHYSICAL", "MEDIT:REF", "CELLENTITYIDS", "PHYSICALIDS", "PHYSICAL"};
+    return std::ranges::find(names, capitals(array)) != std::end(names);
 }
 
 void add_cell_groups(const VtkCells& cells, std::span<const std::int64_t> groups, std::int64_t first_node,
@@ -99,27 +103,12 @@ void add_cell_groups(const VtkCells& cells, std::span<const std::int64_t> groups
             continue;
         }
         if (group == 0) continue;
-        std::array<int, 3> triangle{};
-        for (std::size_t k = 0; k < 3; ++k) {
-            const std::int64_t node = cells.corners[cells.offsets[c] + k];
-            if (node < 0 || node >= std::ssize(content.nodes) - first_node)
-                in.fail(fmt::format("cell {} refers to point {}; allowed: 0 to {}", c, node,
-                                    std::ssize(content.nodes) - first_node - 1));
-            triangle[k] = static_cast<int>(first_node + node);
-        }
-        content.triangles.push_back(triangle);
+        content.triangles.push_back(nodes_of<3>(cells, c, first_node, in, content));
         content.group_of_triangle.push_back(group);
     }
 }
 
 namespace {
-
-std::string upper(std::string_view word) {
-    std::string text(word);
-    std::ranges::transform(text, text.begin(),
-                           [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-    return text;
-}
 
 class VtkReader {
  public:
@@ -128,14 +117,14 @@ class VtkReader {
     TetFileContent read() {
         if (!in_.line().starts_with("# vtk DataFile Version")) in_.fail("not a legacy VTK file");
         in_.line();  // title
-        const std::string encoding = upper(in_.word());
+        const std::string encoding = capitals(in_.word());
         if (encoding != "ASCII" && encoding != "BINARY") in_.fail("expected ASCII or BINARY");
         binary_ = encoding == "BINARY";
         in_.expect("DATASET");
         in_.expect("UNSTRUCTURED_GRID");
         bool points = false, cells = false;
         for (;;) {
-            const std::string keyword = upper(in_.word());
+            const std::string keyword = capitals(in_.word());
             if (keyword == "POINTS" && !points) {
                 read_points();
                 points = true;
@@ -147,9 +136,7 @@ class VtkReader {
                 read_attributes();
                 return std::move(content_);
             } else if (keyword == "METADATA") {
-                in_.line();
-                while (!in_.line().empty()) {
-                }
+                skip_metadata();
             } else if (keyword == "FIELD") {
                 skip_fields();
             } else {
@@ -163,7 +150,17 @@ class VtkReader {
  private:
     void begin_data() {
         in_.line();
+        begin_numbers();
+    }
+    void begin_numbers() {
         if (binary_) in_.read_binary(std::endian::native == std::endian::little);  // files are big-endian
+    }
+
+    /// Moves past metadata, which end with an empty line.
+    void skip_metadata() {
+        in_.line();
+        while (in_.bytes_left() > 0 && !in_.line().empty()) {
+        }
     }
 
     void read_points() {
@@ -196,9 +193,7 @@ class VtkReader {
         const std::size_t arrays = in_.count("arrays", 8);
         for (std::size_t array = 0; array < arrays; ++array) {
             if (in_.word() == "METADATA") {  // of the array before
-                in_.line();
-                while (!in_.line().empty()) {
-                }
+                skip_metadata();
                 in_.word();
             }
             const std::size_t components = in_.count("components", 1), rows = in_.count("rows", 1);
@@ -245,7 +240,7 @@ class VtkReader {
                 in_.fail(fmt::format("OFFSETS must rise from 0 to {}", size));
             return;
         }
-        if (binary_) in_.read_binary(std::endian::native == std::endian::little);
+        begin_numbers();
         cells_.offsets = {0};
         cells_.corners.reserve(size);
         for (std::size_t c = 0; c < n; ++c) {
@@ -285,7 +280,7 @@ class VtkReader {
             return;
         }
         if (!is_group) return in_.skip(std::uint64_t{bytes} * numbers);
-        in_.read_binary(std::endian::native == std::endian::little);
+        begin_numbers();
         std::vector<std::int64_t> groups(
             in_.check_count(static_cast<std::int64_t>(numbers), "numbers", bytes));
         const bool is_signed = !type.starts_with("unsigned") && !type.starts_with("vtktypeuint");
@@ -318,14 +313,12 @@ class VtkReader {
         in_.read_text();
         std::size_t rows = 0;
         while (!in_.at_end()) {
-            const std::string keyword = upper(in_.word());
+            const std::string keyword = capitals(in_.word());
             if (keyword == "CELL_DATA" || keyword == "POINT_DATA") {
                 rows = size("rows");
                 is_of_cells_ = keyword == "CELL_DATA";
             } else if (keyword == "METADATA") {
-                in_.line();
-                while (in_.bytes_left() > 0 && !in_.line().empty()) {
-                }
+                skip_metadata();
             } else if (keyword == "SCALARS") {
                 const std::string name(in_.word()), type(in_.word());
                 if (bytes_of(type) == 0) return;
@@ -347,9 +340,7 @@ class VtkReader {
                 for (std::size_t array = 0; array < arrays; ++array) {
                     std::string name(in_.word());
                     if (name == "METADATA") {  // of the array before
-                        in_.line();
-                        while (in_.bytes_left() > 0 && !in_.line().empty()) {
-                        }
+                        skip_metadata();
                         name = in_.word();
                     }
                     const std::size_t each = size("components"), tuples = size("rows");

@@ -22,6 +22,14 @@ inline std::string printable(std::string_view word) {
     return text;
 }
 
+/// The word in capitals, by ASCII alone.
+inline std::string capitals(std::string_view word) {
+    std::string text(word);
+    for (char& c : text)
+        if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
+    return text;
+}
+
 /// The number that a word is, with or without a plus; empty if it is none, or an integer that T does not
 /// hold. A real number too small for T reads as zero, since programs with wider types write such coordinates,
 /// and one too large as infinite.
