@@ -190,14 +190,14 @@ void Producer::simulate(int index) {
     nlohmann::ordered_json failed = nlohmann::ordered_json::array();
     const int nodes = body_.tets.X.rows();
     for (int attempt = 1, refinement = 1;; ++attempt, refinement *= 2) {
-        const std::unique_ptr<Trajectory> trajectory = source_->start(index, refinement);
-        const int steps = trajectory->steps_per_frame();
+        const Trajectory trajectory = source_->start(index, refinement);
+        const int steps = trajectory.steps_per_frame;
         RecordingWriter writer(folder_.part(index), source_->origin());
         writer.label(dataset_label, key_);
         const TrajectoryInfo info{.id = index,
                                   .seed = plan_.excitation.seed,
                                   .body_hash = body_hash_,
-                                  .recipe = with_attempts(trajectory->recipe(), steps, failed),
+                                  .recipe = with_attempts(trajectory.recipe, steps, failed),
                                   .failure = {},
                                   .frames = 0};
         const int handle = writer.begin_trajectory(info, nodes, contents());
@@ -212,7 +212,7 @@ void Producer::simulate(int index) {
             facts.troubled.push_back(frame.troubled);
             facts.self_intersections.push_back(self.count(body_.W, frame.x));
         };
-        const TrajectoryResult result = trajectory->run(on_frame);
+        const TrajectoryResult result = trajectory.run(on_frame);
         const std::string& failure = result.failure;
         {
             const std::scoped_lock lock(speaking_);

@@ -55,7 +55,7 @@ void refuse_drawn(const nlohmann::json& body, int number) {
 }  // namespace
 
 /// A trajectory whose values are drawn, and drawn again where its start intersects.
-class SceneTrajectories::Started : public Trajectory {
+class SceneTrajectories::Started {
  public:
     Started(const SceneTrajectories& all, int index, int refinement)
         : all_(all), index_(index), refinement_(refinement) {
@@ -79,10 +79,10 @@ class SceneTrajectories::Started : public Trajectory {
             fmt::format("the start intersects with all of {} draws: {}", refused_.size(), refused_.back());
     }
 
-    std::string recipe() const override { return all_.recipe_text(body_, values_, refused_, moved_); }
-    int steps_per_frame() const override { return refinement_ * time_.steps_per_frame; }
+    std::string recipe() const { return all_.recipe_text(body_, values_, refused_, moved_); }
+    int steps_per_frame() const { return refinement_ * time_.steps_per_frame; }
 
-    TrajectoryResult run(const OnFrame& on_frame) override {
+    TrajectoryResult run(const OnFrame& on_frame) {
         TrajectoryResult result;
         result.failure = failure_;
         if (!refused_.empty()) result.drawn_again = refused_.front();
@@ -253,8 +253,10 @@ std::vector<LoadedBody> SceneTrajectories::load(SceneSpec& spec) const {
     return bodies;
 }
 
-std::unique_ptr<Trajectory> SceneTrajectories::start(int index, int refinement) const {
-    return std::make_unique<Started>(*this, index, refinement);
+Trajectory SceneTrajectories::start(int index, int refinement) const {
+    const auto started = std::make_shared<Started>(*this, index, refinement);
+    return {started->recipe(), started->steps_per_frame(),
+            [started](const OnFrame& on_frame) { return started->run(on_frame); }};
 }
 
 std::string SceneTrajectories::recipe(int index) const {

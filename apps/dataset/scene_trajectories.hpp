@@ -32,7 +32,7 @@ class SceneTrajectories : public TrajectorySource {
     /// they are made of is drawn; and what reading throws.
     SceneTrajectories(SceneTemplate scene, const SceneDataset& config);
 
-    std::unique_ptr<Trajectory> start(int index, int refinement) const override;
+    Trajectory start(int index, int refinement) const override;
     Eigen::Vector3d origin() const override { return origin_; }
     Eigen::Index nodes() const override { return nodes_; }
 

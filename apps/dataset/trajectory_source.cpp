@@ -21,28 +21,16 @@ class RecipeTrajectories : public TrajectorySource {
           origin_(body.origin),
           nodes_(body.tets.X.rows()) {}
 
-    std::unique_ptr<Trajectory> start(int index, int refinement) const override {
-        return std::make_unique<Started>(excitation_, index, refinement * steps_per_frame_);
+    Trajectory start(int index, int refinement) const override {
+        const int steps = refinement * steps_per_frame_;
+        return {excitation_.recipe(index), steps, [this, index, steps](const OnFrame& on_frame) {
+                    return excitation_.run(index, on_frame, steps);
+                }};
     }
     Eigen::Vector3d origin() const override { return origin_; }
     Eigen::Index nodes() const override { return nodes_; }
 
  private:
-    class Started : public Trajectory {
-     public:
-        Started(const Excitation& excitation, int index, int steps)
-            : excitation_(excitation), index_(index), steps_(steps) {}
-        std::string recipe() const override { return excitation_.recipe(index_); }
-        int steps_per_frame() const override { return steps_; }
-        TrajectoryResult run(const OnFrame& on_frame) override {
-            return excitation_.run(index_, on_frame, steps_);
-        }
-
-     private:
-        const Excitation& excitation_;
-        int index_, steps_;
-    };
-
     Excitation excitation_;
     int steps_per_frame_;
     Eigen::Vector3d origin_;

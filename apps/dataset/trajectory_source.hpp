@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -10,16 +11,11 @@
 namespace nbd {
 
 /// A trajectory of a dataset at its start.
-class Trajectory {
- public:
-    virtual ~Trajectory() = default;
-
-    /// What happens in it, JSON text to be stored with it, and its steps per frame.
-    virtual std::string recipe() const = 0;
-    virtual int steps_per_frame() const = 0;
-
+struct Trajectory {
+    std::string recipe;  // what happens in it, JSON text to be stored with it
+    int steps_per_frame = 1;
     /// Simulates it. Exceptions of on_frame pass through; failures are in the result.
-    virtual TrajectoryResult run(const OnFrame& on_frame) = 0;
+    std::function<TrajectoryResult(const OnFrame& on_frame)> run;
 };
 
 /// Where a dataset's trajectories come from. Any thread may start any of them, in any order, with the same
@@ -29,7 +25,7 @@ class TrajectorySource {
     virtual ~TrajectorySource() = default;
 
     /// Starts trajectory `index`, >= 0, with steps so many times shorter than planned.
-    virtual std::unique_ptr<Trajectory> start(int index, int refinement) const = 0;
+    virtual Trajectory start(int index, int refinement) const = 0;
 
     /// What positions are counted from, metres.
     virtual Eigen::Vector3d origin() const = 0;
