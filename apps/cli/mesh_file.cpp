@@ -261,17 +261,9 @@ MeshedFile body_of_surface(const std::filesystem::path& path, const MeshFileConf
     std::vector<FaceGroup> groups;
     TriMesh surface = surface_of(path, config.cage == 0 && config.inside.empty(), out, groups);
     surface.X = config.sized(surface.X);
-    if (groups.size() > max_regions) {
-        out.text(
-            fmt::format("{} groups of faces are left out; allowed: at most {}", groups.size(), max_regions));
-        groups.clear();
-    }
     if (groups.empty()) return body_of(path, std::move(surface), config, out);
     MeshedFile result = body_of(path, surface, config, out);
-    surface.X.rowwise() -= result.body.origin.transpose();
-    result.body.face_groups = groups_on(result.body.surface, surface, groups);
-    for (const FaceGroup& group : result.body.face_groups)
-        out.text(fmt::format("group \"{}\": {} faces", group.name, group.faces.size()));
+    take_groups(result.body, std::move(surface), groups, out);
     return result;
 }
 

@@ -8,17 +8,12 @@
 #include <utility>
 #include <vector>
 
+#include "meshing/formats/words.hpp"
+
 namespace nbd {
 namespace {
 
 using Cells = std::map<std::string, std::string>;
-
-std::string csv_cell(const std::string& text) {
-    if (text.find_first_of(",\"\n") == text.npos) return text;
-    std::string quoted = "\"";
-    for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
-    return quoted + '"';
-}
 
 /// Adds a value, or its members as name.x, name.y, name.z or name.key.
 void add_cells(const std::string& name, const nlohmann::json& value, Cells& cells) {

@@ -4,18 +4,11 @@
 
 #include <type_traits>
 
+#include "meshing/formats/words.hpp"
 #include "sim/scene/reaction_name.hpp"
 
 namespace nbd {
 namespace {
-
-/// A text as a cell of CSV.
-std::string csv_cell(const std::string& text) {
-    if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-    std::string quoted = "\"";
-    for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
-    return quoted + '"';
-}
 
 /// The cells of a column in a row.
 std::string csv_cells(const ReactionColumn& column, const RecordedReaction& row, const SceneSpec& spec) {

@@ -30,6 +30,14 @@ inline std::string capitals(std::string_view word) {
     return text;
 }
 
+/// A text as a cell of CSV.
+inline std::string csv_cell(std::string_view text) {
+    if (text.find_first_of(",\"\r\n") == text.npos) return std::string(text);
+    std::string quoted = "\"";
+    for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+    return quoted + '"';
+}
+
 /// The number that a word is, with or without a plus; empty if it is none, or an integer that T does not
 /// hold. A real number too small for T reads as zero, since programs with wider types write such coordinates,
 /// and one too large as infinite.

@@ -4,10 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iomanip>
-#include <sstream>
 
 #include "apps/bench/measure/measure.hpp"
+#include "meshing/formats/words.hpp"
 #include "meshing/h5/atomic_file.hpp"
 
 namespace nbd {
@@ -26,12 +25,6 @@ std::string plain(const Value& value, int digits) {
     return is_long ? fmt::format("{:.0f}", number) : fmt::format("{:.{}g}", number, digits);
 }
 
-std::string csv_cell(const Value& value) {
-    const std::string text = plain(value, 9);
-    if (text.find_first_of(",\"\n") == text.npos) return text;
-    return (std::ostringstream() << std::quoted(text, '"', '"')).str();
-}
-
 }  // namespace
 
 void write_csv(const std::filesystem::path& path, const Rows& rows) {
@@ -46,7 +39,7 @@ void write_csv(const std::filesystem::path& path, const Rows& rows) {
         for (const auto& [key, value] : rows.front().items()) cells.push_back(key);
     end_line();
     for (const Value& row : rows) {
-        for (const Value& value : row) cells.push_back(csv_cell(value));
+        for (const Value& value : row) cells.push_back(csv_cell(plain(value, 9)));
         end_line();
     }
     file.commit();

@@ -1,46 +1,20 @@
 #include "apps/bench/threads/round_work.hpp"
 
-#include <fmt/format.h>
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
-#include <unistd.h>
 
 #include <optional>
 #include <stdexcept>
-#include <system_error>
 
 #include "apps/bench/threads/work_recorder.hpp"
 #include "apps/cli/load_body.hpp"
 #include "apps/dataset/producer.hpp"
 #include "collision/base/stopwatch.hpp"
+#include "meshing/h5/atomic_file.hpp"
 #include "training/calibrate/calibrate.hpp"
 #include "training/files/recording.hpp"
 
 namespace nbd {
-namespace {
-
-/// An empty folder that is removed with all that is in it.
-class RoundFolder {
- public:
-    RoundFolder()
-        : path_(std::filesystem::temp_directory_path() / fmt::format("nbdtree-threads-{}", getpid())) {
-        std::filesystem::remove_all(path_);
-        std::filesystem::create_directory(path_);
-    }
-    ~RoundFolder() {
-        std::error_code ignored;
-        std::filesystem::remove_all(path_, ignored);
-    }
-    RoundFolder(const RoundFolder&) = delete;
-    RoundFolder& operator=(const RoundFolder&) = delete;
-
-    const std::filesystem::path& path() const noexcept { return path_; }
-
- private:
-    std::filesystem::path path_;
-};
-
-}  // namespace
 
 std::vector<MeasuredTimes> count_rounds(const std::function<void(int threads)>& round, int repeats,
                                         WorkCount& count) {
@@ -69,7 +43,7 @@ std::vector<MeasuredTimes> count_rounds(const std::function<void(int threads)>& 
 }
 
 void make_dataset_round(const Body& body, int trajectories, int frames, int threads) {
-    const RoundFolder files;
+    const h5::ScratchFolder files;
     DatasetPlan plan;
     plan.trajectories = trajectories;
     plan.excitation.frames = frames;

@@ -80,6 +80,12 @@ ReferredVertices::ReferredVertices(py::handle value, const char* name, Eigen::In
         throw std::invalid_argument(fmt::format("{}: has a number that is not finite", name));
 }
 
+Eigen::Vector3d vector_from(py::handle value, const char* name) {
+    const std::vector<double> three = list_from<double>(value, name);
+    if (three.size() != 3) throw std::invalid_argument(fmt::format("{}: has not three numbers", name));
+    return {three[0], three[1], three[2]};
+}
+
 void check_line(const std::string& text, const char* name) {
     if (std::ranges::any_of(text, [](unsigned char c) { return std::iscntrl(c); }))
         throw std::invalid_argument(

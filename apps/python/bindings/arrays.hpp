@@ -80,6 +80,9 @@ std::vector<Scalar> list_from(py::handle value, const char* name) {
     return {numbers.data(), numbers.data() + numbers.size()};
 }
 
+/// A list or array of three numbers.
+Eigen::Vector3d vector_from(py::handle value, const char* name);
+
 /// Throws std::invalid_argument for a text with a control character, such as a line break.
 void check_line(const std::string& text, const char* name);
 

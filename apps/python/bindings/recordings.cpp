@@ -223,12 +223,8 @@ using Writer = Used<WriterObject>;
 std::unique_ptr<WriterObject> create_recording(const path& file,
                                                const Typed<"Optional[Sequence[float]]">& origin) {
     check_output(file, {});
-    Eigen::Vector3d from = Eigen::Vector3d::Zero();
-    if (!origin.is_none()) {
-        const std::vector<double> numbers = list_from<double>(origin, "origin");
-        if (numbers.size() != 3) throw std::invalid_argument("origin: has not three numbers");
-        from << numbers[0], numbers[1], numbers[2];
-    }
+    const Eigen::Vector3d from =
+        origin.is_none() ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : vector_from(origin, "origin");
     const FileCall call;
     return std::make_unique<WriterObject>(file, from);
 }

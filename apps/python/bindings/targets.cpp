@@ -13,12 +13,6 @@ namespace {
 
 using Three = Typed<"Sequence[float]">;
 
-Eigen::Vector3d vector_from(const py::object& numbers, const char* name) {
-    const std::vector<double> three = list_from<double>(numbers, name);
-    if (three.size() != 3) throw std::invalid_argument(fmt::format("{}: has not three numbers", name));
-    return {three[0], three[1], three[2]};
-}
-
 Keyframe place_from(const Three& translation, const Three& rotation, double scale) {
     return {.translation = vector_from(translation, "translation"),
             .rotation = vector_from(rotation, "rotation"),
