@@ -34,6 +34,18 @@ bool is_explained(const WorldState& world, const RigidVector& motion, int index,
     return energy <= share * (seen(body.state.v) + seen(body.before->v) + fall);
 }
 
+/// Whether a joint takes energy at most: no motor, winch, tension or spring.
+bool drives_nothing(const Joint& joint) {
+    const auto is_free = [](const JointFreedom& freedom) {
+        return freedom.motor.empty() && freedom.stiffness == 0;
+    };
+    if (const auto* hinge = std::get_if<HingeJoint>(&joint.kind)) return is_free(hinge->angle);
+    if (const auto* slider = std::get_if<SliderJoint>(&joint.kind)) return is_free(slider->way);
+    if (const auto* cord = std::get_if<CordJoint>(&joint.kind))
+        return cord->stiffness == 0 && cord->winch.empty() && cord->tension.empty();
+    return true;
+}
+
 /// The velocity of the place where a body is touched, as of one that does not deform.
 Eigen::Vector3d velocity_at(const SteppedBody& body, const Eigen::Vector3d& place) {
     const Momentum momentum = momentum_of(*body.elastic, body.state);
@@ -48,6 +60,7 @@ struct EnergyBudget::Group {
     std::vector<int> bodies{};
     std::vector<PairImpulse> driven{};  // of free bodies and of those that joints or something else drive
     bool has_free_rigid = false;        // without joints, and nothing holds it
+    bool is_left_alone = true;          // has rigid bodies, nothing holds it, its joints drive nothing
     int anchors = 0;                    // joints to the world, or to something held
     Eigen::Vector3d of_anchors = Eigen::Vector3d::Zero();  // sum of their velocities, m/s
 };
@@ -92,7 +105,9 @@ EnergyBudget::EnergyBudget(const WorldState& world, const StepEquations& equatio
 
 double EnergyBudget::share(const WorldState& world, const Group& group,
                            std::span<const RigidVector> gains) const {
-    const auto counts = [&](int b) { return !world.is_joined(b) && !world.is_held(world.at(b)); };
+    const auto counts = [&](int b) {
+        return group.is_left_alone || (!world.is_joined(b) && !world.is_held(world.at(b)));
+    };
     double pressed = 0, mass = 0;
     Eigen::Vector3d walls = Eigen::Vector3d::Zero(), linear = walls;
     bool is_second_order = true;
@@ -126,6 +141,7 @@ double EnergyBudget::share(const WorldState& world, const Group& group,
                 start.loads.angular.dot(start.spin + spin + gains[b].tail<3>()) / 2;
     }
     for (const PairImpulse& pair : group.driven) {  // what drives bodies works on them
+        if (group.is_left_alone) break;
         const bool is_first = counts(pair.body);
         const Eigen::Vector3d on_free = is_first ? pair.linear : Eigen::Vector3d(-pair.linear);
         work += on_free.dot(velocity_at(world.at(is_first ? pair.other : pair.body), pair.place.mean()) - u);
@@ -154,13 +170,18 @@ std::vector<double> EnergyBudget::shares(const WorldState& world, std::span<cons
         Group& group = groups[connected.group_of(b)];
         group.bodies.push_back(b);
         group.has_free_rigid = group.has_free_rigid || (world.at(b).elastic->is_rigid() && is_free(b));
+        group.is_left_alone = group.is_left_alone && !is_held(b);
     }
     for (std::size_t j = 0; j < world.joints.size(); ++j) {
         const Joint& joint = world.joints[j].joint();
         if (world.broken[j]) continue;
+        if (!drives_nothing(joint))
+            for (const int body : {joint.a, joint.b})
+                if (body >= 0) groups[connected.group_of(body)].is_left_alone = false;
         for (const auto& [body, other] : {std::pair(joint.a, joint.b), std::pair(joint.b, joint.a)}) {
             if (body < 0 || is_held(body) || (other >= 0 && !is_held(other))) continue;
             Group& group = groups[connected.group_of(body)];
+            group.is_left_alone = false;
             ++group.anchors;
             if (other >= 0)
                 group.of_anchors += velocity_at(
@@ -171,7 +192,7 @@ std::vector<double> EnergyBudget::shares(const WorldState& world, std::span<cons
         if (pair.other >= 0 && is_free(pair.body) != is_free(pair.other))
             groups[connected.group_of(is_free(pair.body) ? pair.body : pair.other)].driven.push_back(pair);
     std::vector<double> shares(world.bodies.size(), 1);
-    for (const auto& [first, group] : groups) {
+    for (auto& [first, group] : groups) {
         double mass = 0;
         Eigen::Vector3d u = Eigen::Vector3d::Zero();
         for (const int b : group.bodies) {
@@ -179,10 +200,14 @@ std::vector<double> EnergyBudget::shares(const WorldState& world, std::span<cons
             u += start_[b].momentum.linear;
         }
         u = group.anchors > 0 ? Eigen::Vector3d(group.of_anchors / group.anchors) : Eigen::Vector3d(u / mass);
+        group.is_left_alone = group.is_left_alone && std::ranges::any_of(group.bodies, [&](int b) {
+                                  return world.at(b).elastic->is_rigid();
+                              });
         const bool explained = std::ranges::all_of(
             group.bodies, [&](int b) { return !world.is_joined(b) || is_explained(world, gains[b], b, u); });
         double share = explained ? 1 : 0;
-        if (explained && group.has_free_rigid) share = this->share(world, group, gains);
+        if (group.is_left_alone || (explained && group.has_free_rigid))
+            share = this->share(world, group, gains);
         for (const int b : group.bodies) shares[b] = share;
     }
     return shares;

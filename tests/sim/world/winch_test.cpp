@@ -3,7 +3,9 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <limits>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -323,9 +325,45 @@ TEST(Rope, BetweenFreeBodiesKeepsTheirAngularMomentum) {
             const Vector3d begun = angular();
             for (double time = 0; time < 4; time += dt) {
                 ASSERT_EQ(world.step(dt).failure, "");
-                ASSERT_LT((angular() - begun).norm(), 5e-4 * begun.norm()) << dt;
+                ASSERT_LT((angular() - begun).norm(), 2e-3 * begun.norm()) << dt;
             }
         }
+}
+
+/// Which a short rope holds together while contact holds them apart, and which spin.
+TEST(Rope, BetweenBodiesThatPressMakesNoEnergy) {
+    struct Spins {
+        Vector3d of_a, of_b, velocity;
+        double dt;
+    };
+    for (const auto& [of_a, of_b, velocity, dt] :
+         {Spins{{-0.92, -2.52, 0.38}, {-3.3, 0.79, 12.19}, {0.22, 0.39, -0.4}, 0.01},
+          Spins{{4.78, 1.58, -0.18}, {-11.18, 4.94, 12.27}, {1.24, 0.25, -0.31}, 0.005}}) {
+        const double length = 0.02;
+        World world(without_gravity());
+        WorldBody a = rigid_block({0.3, 0.1, 0.1}).at({0, 0, 0}),
+                  b = rigid_block({0.06, 0.05, 0.04}).at({0.18 + length, 0, 0});
+        for (auto& [body, spin, centre, along] : {std::tuple(&a, of_a, Vector3d(0, 0, 0), Vector3d(0, 0, 0)),
+                                                  {&b, of_b, Vector3d(0.18 + length, 0, 0), velocity}})
+            for (Eigen::Index i = 0; i < body->state.v.rows(); ++i)
+                body->state.v.row(i) =
+                    along + spin.cross(Vector3d(body->state.x.row(i).transpose() - centre));
+        world.add_body(std::move(a));
+        world.add_body(std::move(b));
+        world.add_joint(
+            {.name = "rope",
+             .a = 0,
+             .b = 1,
+             .kind = CordJoint{
+                 .from = {0.15, 0, 0}, .to = {0.15 + length, 0, 0}, .length = length, .pulls_only = true}});
+        double before = std::numeric_limits<double>::infinity();
+        for (double time = 0; time < 1; time += dt) {
+            const WorldReport report = world.step(dt);
+            ASSERT_EQ(report.failure, "");
+            ASSERT_LT(report.kinetic_energy, 1.01 * before) << dt << ' ' << time;
+            before = report.kinetic_energy;
+        }
+    }
 }
 
 TEST(Rope, DoesNotHangOnAPlaceFarFromARigidBody) {
