@@ -59,8 +59,20 @@ def beam_file(beam, tmp_path_factory):
 def poses(beam, tmp_path_factory):
     """A small dataset of the beam."""
     path = tmp_path_factory.mktemp("poses") / "poses.h5"
-    nbd.make_dataset(beam, path, trajectories=12, frames=24, seed=3)
+    nbd.make_dataset(beam, path, trajectories=12, frames=8, seed=3)
     return path
+
+
+def write_random_poses(path, body, trajectories, frames):
+    """A recording of a body, each frame of which is stretched along the axes and shaken."""
+    random = np.random.default_rng(1)
+    with nbd.RecordingWriter(path) as writer:
+        for trajectory in range(trajectories):
+            handle = writer.begin_trajectory(len(body.X), trajectory, body_hash=body.hash)
+            for frame in range(frames):
+                x = body.X * random.uniform(0.9, 1.1, 3) + random.normal(scale=1e-3, size=body.X.shape)
+                writer.add_frame(handle, frame, x)
+            writer.end_trajectory(handle)
 
 
 @pytest.fixture(scope="session")
@@ -114,7 +126,7 @@ def same_arrays(one, other):
 def refused(kind, text, whole=False):
     """Expects an exception of one line, which holds the text, or is it."""
     with pytest.raises(kind) as error:
-        yield
+        yield error
     assert text == one_line(error) if whole else text in one_line(error), text
 
 

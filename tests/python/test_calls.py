@@ -8,7 +8,7 @@ import time
 
 import numpy as np
 import pytest
-from conftest import output_of, run_python
+from conftest import output_of, run_python, write_random_poses
 from in_a_call import wait_for_a_call
 
 import nbdtree as nbd
@@ -34,7 +34,8 @@ def test_ctrl_c_stops_a_dataset_which_then_continues(beam_file, tmp_path):
     assert 0 < len(kept) < 300 and not (tmp_path / "d.h5").exists()
 
 
-def test_ctrl_c_stops_a_training(beam_file, poses, tmp_path):
+def test_ctrl_c_stops_a_training(beam, beam_file, tmp_path):
+    write_random_poses(tmp_path / "many.h5", beam, 12, 24)
     output = output_of(
         f"""
         import os, signal, nbdtree as nbd
@@ -46,7 +47,7 @@ def test_ctrl_c_stops_a_training(beam_file, poses, tmp_path):
                 seen.append(done)
                 os.kill(os.getpid(), signal.SIGINT)
         try:
-            nbd.train(body, {str(poses)!r}, ["nbd"], modes=16, clusters=20, depth=7, epochs=20,
+            nbd.train(body, "many.h5", ["nbd"], modes=16, clusters=20, depth=7, epochs=20,
                       checkpoint="c", progress=told)
         except KeyboardInterrupt:
             print("stopped")

@@ -64,7 +64,7 @@ def test_a_motor_a_load_and_a_wind_go_where_they_are_told(beam):
         "gravity": [0, 0, 0],
     }
     world = nbd.World(scene)
-    for step in range(1, 31):
+    for step in range(1, 13):
         world.set_joint("rail" if step % 2 else 0, 0.001 * step)
         world.set_load(0, 0.0)
         world.set_wind(1, [step, 0, 0])

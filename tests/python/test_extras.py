@@ -21,7 +21,7 @@ def data(command, beam, tmp_path_factory):
     nbd.save_body(folder / "beam.h5", beam)
     (folder / "contact.json").write_text(json.dumps(CONTACT))
     for name, options in (("data.h5", OPTIONS), ("plain.h5", ())):
-        command("dataset", "beam.h5", "--recipe", "contact.json", "--trajectories", 5, "--per-shard", 2, "--frames", 12,
+        command("dataset", "beam.h5", "--recipe", "contact.json", "--trajectories", 5, "--per-shard", 2, "--frames", 8,
                 "-o", name, *options, cwd=folder)
     return folder / "data.h5"
 

@@ -7,7 +7,7 @@ import time
 
 import numpy as np
 import pytest
-from conftest import falling_beams
+from conftest import falling_beams, write_random_poses
 from in_a_call import Pressing
 
 import nbdtree as nbd
@@ -23,14 +23,7 @@ def fine(assets):
 def long_recording(beam, tmp_path_factory):
     """Many random poses of the beam, in 40 trajectories."""
     path = tmp_path_factory.mktemp("long") / "long.h5"
-    random = np.random.default_rng(1)
-    with nbd.RecordingWriter(path) as writer:
-        for trajectory in range(40):
-            handle = writer.begin_trajectory(len(beam.X), trajectory, body_hash=beam.hash)
-            for frame in range(60):
-                x = beam.X * random.uniform(0.9, 1.1, 3) + random.normal(scale=1e-3, size=beam.X.shape)
-                writer.add_frame(handle, frame, x)
-            writer.end_trajectory(handle)
+    write_random_poses(path, beam, 40, 60)
     return path
 
 

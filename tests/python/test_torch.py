@@ -70,7 +70,7 @@ def test_statistics_are_of_the_training_part_alone(beam, tmp_path):
     """What is held out may change: the statistics do not, whatever part asks for them."""
     h5py = pytest.importorskip("h5py")
     path = tmp_path / "data.h5"
-    nbd.make_dataset(beam, path, trajectories=8, frames=5, seed=4, hold_out="kind=drop,thrown")
+    nbd.make_dataset(beam, path, trajectories=8, frames=3, seed=4, hold_out="kind=drop,thrown")
     for split in ("trajectories", "parameter"):
         manifest = nbd.dataset_manifest(path)["splits"][split]
 
@@ -97,7 +97,7 @@ def test_statistics_are_of_the_training_part_alone(beam, tmp_path):
 
 def test_parts_of_a_split_by_a_parameter_share_nothing(beam, tmp_path):
     path = tmp_path / "data.h5"
-    nbd.make_dataset(beam, path, trajectories=20, frames=4, seed=5, hold_out="velocity_gradient=top:0.25")
+    nbd.make_dataset(beam, path, trajectories=12, frames=3, seed=5, hold_out="velocity_gradient=top:0.25")
     reader = nbd.RecordingReader(path)
     strains = {t.id: np.linalg.norm(json.loads(t.recipe)["velocity_gradient"]) for t in reader.trajectories}
     ids = {}
@@ -121,7 +121,7 @@ def test_items_have_the_fields_and_contact_edges_of_the_file(beam, tmp_path):
     path = tmp_path / "data.h5"
     recipe = {"kinds": {"forces": {"weight": 0}, "grips": {"weight": 0}, "free": {"weight": 0}}}
     names = ("contact_forces", "first_piola_stress", "deformation_gradients")
-    nbd.make_dataset(beam, path, trajectories=4, frames=20, seed=1, recipe=recipe, contact_forces=True, stress=True,
+    nbd.make_dataset(beam, path, trajectories=4, frames=8, seed=1, recipe=recipe, contact_forces=True, stress=True,
                      deformation_gradients=True, contact_edges=True)
     data = nbdtree.torch.Dataset(path, beam, window=3, part="all", fields=names)
     reader, touching = nbd.RecordingReader(path), 0
@@ -142,7 +142,7 @@ def test_items_have_the_fields_and_contact_edges_of_the_file(beam, tmp_path):
 
 
 def test_bad_arguments_are_refused(assets, beam, poses):
-    other = nbd.mesh_file(assets / "gear.obj")
+    other = nbd.mesh_file(assets / "block.mesh")
     for call, text in [
         (lambda: nbdtree.torch.Dataset(poses, beam, part="test"), 'part: is "test"'),
         (lambda: nbdtree.torch.Dataset(poses, beam, window=0), "window: is 0"),

@@ -58,14 +58,14 @@ def test_everything_has_a_text():
 
 @pytest.fixture(scope="module")
 def mypy(tmp_path_factory):
-    """Checks a file strictly; returns what mypy says and its status."""
+    """Checks files strictly; returns what mypy says and its status."""
     if subprocess.run([sys.executable, "-c", "import mypy"], capture_output=True).returncode:
         pytest.skip("mypy is not installed")
 
-    def check(file):
+    def check(*files):
         # matplotlib has types of its own since 3.8.
         run = subprocess.run([sys.executable, "-m", "mypy", "--strict", "--no-warn-unused-ignores", "--no-error-summary",
-                              "--cache-dir", tmp_path_factory.getbasetemp(), file], capture_output=True, text=True,
+                              "--cache-dir", tmp_path_factory.getbasetemp(), *files], capture_output=True, text=True,
                              env={"MYPYPATH": str(PACKAGE.parent), "PATH": "/usr/bin:/bin"})
         return run.stdout + run.stderr, run.returncode
 
@@ -75,8 +75,7 @@ def mypy(tmp_path_factory):
 def test_mypy_accepts_the_stubs_and_the_examples(mypy):
     examples = sorted((pathlib.Path(__file__).resolve().parents[2] / "apps" / "python" / "examples").glob("*.py"))
     assert len(examples) == 7
-    for file in [PACKAGE / "__init__.pyi", *examples]:
-        assert mypy(file) == ("", 0), file
+    assert mypy(PACKAGE / "__init__.pyi", *examples) == ("", 0)
 
 
 def test_mypy_finds_a_wrong_call(mypy, tmp_path):

@@ -9,17 +9,20 @@ import nbdtree as nbd
 
 
 def test_two_bodies_fall_and_touch(beam):
-    world = nbd.World(falling_beams(beam, 0.4))
+    world = nbd.World(falling_beams(beam, 0.2))
     assert world.names == ["lower", "upper"] and len(world) == 2
-    contacts = 0
-    for _ in range(120):
+    contacts, distances = 0, []
+    for _ in range(60):
         report = world.step()
         assert report.failure == ""
         contacts += report.contacts
-    assert contacts > 0
-    assert world.time == pytest.approx(0.6)
+        distances.append(report.least_distance)
+    assert contacts > 0 and 0 < min(distances) < np.inf
+    assert world.time == pytest.approx(0.3)
     assert world.positions(0)[:, 2].min() > -0.02
     assert np.abs(world.contact_forces(0)).max() > 0
+    assert world.intersecting_faces() == []
+    assert 0 < len(world.within(0, 1, 0.02)) < len(world.within(0, 1, 0.1))
 
 
 def test_views_show_every_step_and_cannot_be_written(beam):
@@ -171,6 +174,7 @@ def test_one_world_in_two_threads_is_refused(beam):
                 world.step()
             except RuntimeError as error:
                 refused.append(str(error))
+            if refused:
                 return
 
     in_threads(run, run)
@@ -261,18 +265,6 @@ def test_bodies_that_are_held_cannot_be_moved_apart(beam):
         world.resolve_start()
 
 
-def test_steps_keep_bodies_apart(beam):
-    world = nbd.World(falling_beams(beam, 0.2))
-    distances = []
-    for _ in range(60):
-        report = world.step()
-        assert report.failure == ""
-        distances.append(report.least_distance)
-    assert world.intersecting_faces() == []
-    assert 0 < min(distances) < np.inf
-    assert 0 < len(world.within(0, 1, 0.02)) < len(world.within(0, 1, 0.1))
-
-
 def test_reactions_hold_what_is_pinned_and_pressed(beam):
     bodies = [
         {"body": beam, "name": "held", "pins": [{"box": {"min": [-9, -9, -9], "max": [-0.45, 9, 9]}}]},
@@ -337,11 +329,14 @@ def test_cavities_tell_volume_and_pressure(tmp_path):
 
 
 def test_rules_for_pairs(beam):
-    world = nbd.World(falling_beams(beam, 0.4))
+    world = nbd.World(falling_beams(beam, 0.2))
     world.set_pair(0, 1, meet=False)
     world.set_pair(0, obstacle=0, friction=0.2)
-    assert sum(not world.step().failure == "" for _ in range(120)) == 0
-    assert all(r.kind == "obstacle" for r in world.reactions())
+    kinds = set()
+    for _ in range(60):
+        assert world.step().failure == ""
+        kinds |= {r.kind for r in world.reactions()}
+    assert kinds == {"obstacle"}
     with refused(ValueError, "one of other and obstacle"):
         world.set_pair(0)
     with refused(ValueError, "obstacle 7"):

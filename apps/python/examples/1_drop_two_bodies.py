@@ -38,7 +38,7 @@ world = nbd.World(
 )
 
 rows = []
-for _ in range(300):
+for _ in range(200):
     report = world.step()
     if report.failure:
         sys.exit(report.failure)

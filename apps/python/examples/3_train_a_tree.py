@@ -16,7 +16,7 @@ beam = nbd.mesh_file(assets / "beam.obj")
 nbd.save_body(folder / "beam.h5", beam)
 
 # Each trajectory drops, throws, pulls or bends the body in its own way; the seed fixes all of them.
-nbd.make_dataset(beam, folder / "poses.h5", trajectories=40, frames=25, seed=1)
+nbd.make_dataset(beam, folder / "poses.h5", trajectories=24, frames=12, seed=1)
 poses = nbd.RecordingReader(folder / "poses.h5")
 print(f"{poses.frames} poses in {len(poses.trajectories)} trajectories")
 
