@@ -360,18 +360,5 @@ TEST(RestWarnings, TellOfFacesThatIntersectAtRest) {
         << found[0];
 }
 
-TEST(BuildWorld, FrictionHoldsABlockOnASlopeFor20Seconds) {
-    World world = built(R"({"bodies": [{"body": "a.h5",
-        "transform": {"translate": [0, 0, 0.16], "rotate": {"axis": [0, 1, 0], "degrees": 20}}}],
-        "obstacles": [{"plane": {"normal": [0.34202014, 0, 0.93969262]}, "friction": 0.5}]})",
-                        box());
-    Eigen::RowVector3d settled;
-    for (int step = 1; step <= 2000; ++step) {
-        ASSERT_EQ(world.step(0.01).failure, "");
-        if (step == 1500) settled = world.state(0).x.colwise().mean();
-    }
-    EXPECT_LT((world.state(0).x.colwise().mean() - settled).norm(), 1e-6);
-}
-
 }  // namespace
 }  // namespace nbd

@@ -208,33 +208,6 @@ TEST(RigidBody, SpinsFastWithoutGainingEnergy) {
     }
 }
 
-/// Slides down a slope, or stands.
-TEST(RigidBody, SlidesAsCoulombSays) {
-    constexpr double angle = 0.35, g = 9.81;
-    for (const double size : {0.01, 0.1, 1.0})
-        for (const double friction : {0.2, 0.45}) {
-            const Model box = rigid_box({size, size, size / 2});
-            const Eigen::Matrix3d R = Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY()).matrix();
-            World world(WorldConfig{});
-            world.add_obstacle({.shape = PlaneShape{.normal = R.col(2)}, .friction = friction});
-            const Eigen::Vector3d at = (size / 4 + 1e-3 * size) * R.col(2);
-            world.add_body(placed(box, at, R, {0, 0, 0}, {0, 0, 0}));
-            constexpr double dt = 2e-3;
-            constexpr int settle = 200, steps = 200;
-            for (int s = 0; s < settle; ++s) world.step(dt);
-            const auto speed = [&] {
-                return momentum_of(world.elastic(0), world.state(0)).linear.dot(R.col(0)) /
-                       world.elastic(0).mass();
-            };
-            const double before = speed();
-            for (int s = 0; s < steps; ++s) ASSERT_TRUE(test::is_balanced(world.step(dt)));
-            const double a = (speed() - before) / (steps * dt),
-                         expected = std::max(g * (std::sin(angle) - friction * std::cos(angle)), 0.0);
-            EXPECT_NEAR(a, expected, 0.01 * g * std::sin(angle)) << size << " " << friction;
-        }
-}
-
-/// A box that is pushed on a rough floor tips if its pushed point is high enough, else it slides.
 /// Plates, needles and cubes, and one whose mass lies in a corner, that fall onto their corners, tip over and
 /// roll about gain no energy, in steps from short to long for their size.
 TEST(RigidBody, GainsNoEnergyWhereItTipsOver) {

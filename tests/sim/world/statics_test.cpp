@@ -1,10 +1,9 @@
-// Static increments against closed forms.
+// Static increments; more closed forms are told by the checks of nbdtree-bench physics (tests/bench).
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <numbers>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -23,7 +22,6 @@
 namespace nbd {
 namespace {
 
-using std::numbers::pi;
 using test::force_by;
 using test::load_up;
 using test::Model;
@@ -65,88 +63,6 @@ struct Cantilever {
     }
 };
 
-/// Length, Young's modulus.
-class StaticBeam : public ::testing::TestWithParam<std::tuple<double, double>> {};
-
-/// Small deflections are those of Timoshenko's beam, under weight and under a load at the end.
-TEST_P(StaticBeam, SagsAsInTheory) {
-    const auto [L, young] = GetParam();
-    const Cantilever beam(L, L / 10, 10, young);
-    const double area = L * L / 100, shear = 5.0 / 6 * young / 2 * area;
-    for (const bool own_weight : {false, true}) {
-        const double sag = 1e-3 * L, l4 = std::pow(L, 4);
-        const double of_weight = l4 / 8 / beam.bending() + L * L / 2 / shear,
-                     of_end = std::pow(L, 3) / 3 / beam.bending() + L / shear;
-        const double q = sag / of_weight;  // N/m
-        const double g = q / (beam.model.body.material.density * area);
-        World world(static_config(own_weight ? Eigen::Vector3d(0, 0, -g) : Eigen::Vector3d::Zero()));
-        world.add_body(beam.body(own_weight ? 0 : sag / of_end));
-        const WorldReport report = load_up(world, 2);
-        ASSERT_EQ(report.failure, "");
-        EXPECT_LE(report.imbalance, 1e-6);
-        EXPECT_EQ(report.substeps, 1);
-        EXPECT_EQ(report.kinetic_energy, 0);
-        EXPECT_NEAR(-beam.way(world).z() / sag, 1, 0.01) << own_weight;
-        const double load = own_weight ? q * L : sag / of_end;
-        EXPECT_NEAR(force_by(world, 0, ReactionBy::grip).z() / load, 1, 1e-6);
-    }
-}
-INSTANTIATE_TEST_SUITE_P(Sizes, StaticBeam,
-                         ::testing::Combine(::testing::Values(0.01, 1, 10),
-                                            ::testing::Values(1e3, 1e6, 1e9)));
-
-/// The elastica of a cantilever under a load at its end that keeps its direction: how far the end goes down
-/// and back, as shares of the length, by the elliptic integrals of [BisshoppDrucker45].
-struct Elastica {
-    double load, down, back;
-};
-Elastica elastica(double load) {
-    // Of theta' ^2 = 2 load (sin theta0 - sin theta), by quadrature in s with sin theta = sin theta0 (1 -
-    // t^2).
-    const auto at = [&](double top) {
-        Elastica sum{.load = 0, .down = 0, .back = 0};
-        double length = 0;
-        constexpr int parts = 20000;
-        const double s0 = std::sin(top);
-        for (int i = 0; i < parts; ++i) {
-            const double t = (i + 0.5) / parts, sine = s0 * (1 - t * t), cosine = std::sqrt(1 - sine * sine);
-            const double weight = 2 * std::sqrt(s0) / cosine / parts;
-            length += weight;
-            sum.down += weight * sine;
-            sum.back += weight * cosine;
-        }
-        sum.load = length * length / 2;  // as ds = dtheta / sqrt(2 load (sin theta0 - sin theta))
-        sum.down /= length;
-        sum.back = 1 - sum.back / length;
-        return sum;
-    };
-    double least = 0, most = pi / 2 - 1e-9;
-    for (int i = 0; i < 60; ++i) {
-        const double middle = (least + most) / 2;
-        (at(middle).load < load ? least : most) = middle;
-    }
-    return at(least);
-}
-
-TEST(StaticBeamOfLargeDeflection, FollowsTheElastica) {
-    // Mattiasson's table.
-    EXPECT_NEAR(elastica(1).down, 0.30172, 1e-4);
-    EXPECT_NEAR(elastica(10).down, 0.81061, 1e-4);
-    EXPECT_NEAR(elastica(10).back, 0.55500, 1e-4);
-    for (const double size : {0.01, 10.0}) {
-        const Cantilever beam(size, size / 40, 40, 1e6);
-        for (const double load : {1.0, 2.0, 5.0, 10.0}) {
-            World world(static_config({0, 0, 0}));
-            world.add_body(beam.body(load * beam.bending() / (size * size)));
-            const WorldReport report = load_up(world, 4);
-            ASSERT_EQ(report.failure, "");
-            const Elastica expected = elastica(load);
-            EXPECT_NEAR(-beam.way(world).z() / size, expected.down, 0.005);
-            EXPECT_NEAR(-beam.way(world).x() / size, expected.back, 0.005);
-        }
-    }
-}
-
 TEST(Statics, TheNumberOfIncrementsDoesNotMatter) {
     const Cantilever beam(1, 0.05, 20, 1e6);
     std::vector<Eigen::Vector3d> ways;
@@ -155,6 +71,10 @@ TEST(Statics, TheNumberOfIncrementsDoesNotMatter) {
         world.add_body(beam.body(4 * beam.bending()));
         const WorldReport report = load_up(world, increments);
         ASSERT_EQ(report.failure, "");
+        EXPECT_LE(report.imbalance, 1e-6);
+        EXPECT_EQ(report.substeps, 1);
+        EXPECT_EQ(report.kinetic_energy, 0);
+        EXPECT_NEAR(force_by(world, 0, ReactionBy::grip).z(), 4 * beam.bending(), 4e-6 * beam.bending());
         ways.push_back(beam.way(world));
     }
     EXPECT_LT((ways[0] - ways[2]).norm(), 1e-5);
@@ -164,8 +84,7 @@ TEST(Statics, TheNumberOfIncrementsDoesNotMatter) {
 /// Size, Young's modulus.
 class StaticBlock : public ::testing::TestWithParam<std::tuple<double, double>> {};
 INSTANTIATE_TEST_SUITE_P(Sizes, StaticBlock,
-                         ::testing::Combine(::testing::Values(0.01, 1, 10),
-                                            ::testing::Values(1e3, 1e6, 1e9)));
+                         ::testing::Values(std::tuple(0.01, 1e9), std::tuple(1, 1e6), std::tuple(10, 1e3)));
 
 /// Between plates without friction a block is in uniaxial stress: F = E A e, e of its own height.
 TEST_P(StaticBlock, PressedBetweenPlates) {
@@ -207,33 +126,6 @@ TEST(Statics, BlocksThatRestOnEachOtherCarryTheirWeight) {
         EXPECT_NEAR(force_by(world, 0, ReactionBy::obstacle).z() / weight, 2, 1e-5);
         EXPECT_NEAR(force_by(world, 0, ReactionBy::body, 1).z() / weight, -1, 1e-5);
     }
-}
-
-TEST(Statics, FrictionHoldsABlockOnASlopeUpToItsLimit) {
-    for (const double size : {0.01, 10.0})
-        for (const double share : {0.9, 1.1}) {
-            const double slope = 0.3;
-            const Eigen::Matrix3d R = Eigen::AngleAxisd(slope, Eigen::Vector3d::UnitY()).matrix();
-            const Model block({size, size, size / 2}, {3, 3, 2}, {.young = 1e7 * size});
-            World world(static_config());
-            WorldBody body = block.at(R.col(2) * (0.251 * size), R);
-            body.name = "crate";
-            world.add_body(body);
-            world.add_obstacle({.shape = PlaneShape{.point = {0, 0, 0}, .normal = R.col(2)},
-                                .friction = std::tan(slope) / share});
-            const Eigen::RowVector3d before = world.state(0).x.colwise().mean();
-            const WorldReport report = load_up(world, 3);
-            if (share < 1) {
-                ASSERT_EQ(report.failure, "");
-                EXPECT_LT((world.state(0).x.colwise().mean() - before).norm(), 5e-3 * size);
-                EXPECT_LT((force_by(world, 0, ReactionBy::obstacle) -
-                           9.81 * block.elastic->mass() * Eigen::Vector3d::UnitZ())
-                              .norm(),
-                          1e-5 * 9.81 * block.elastic->mass());
-            } else {
-                EXPECT_THAT(report.failure, testing::HasSubstr("nothing holds crate"));
-            }
-        }
 }
 
 TEST(Statics, WhatNothingHoldsIsTold) {
