@@ -28,7 +28,7 @@ class Command:
 
 
 COMMANDS = [
-    Command("mesh", ["mesh", ASSETS / "ring.obj", "-o", "made.h5"], "made.h5"),
+    Command("mesh", ["mesh", ASSETS / "beam.obj", "-o", "made.h5", "--elements", "linear"], "made.h5"),
     Command("modes", ["modes", "body.h5", "-m", "12"], "body.h5", old=None),
     Command("dataset", ["dataset", "body.h5", "-o", "made.h5", "--trajectories", "2", "--frames", "2"], "made.h5",
             ["made.shards/"], old=None),
@@ -49,7 +49,7 @@ SIMULATE = Command("simulate", ["simulate", "scene.json", "-o", "made.h5", "--fr
                    ["made.h5.journal"], ["--resume"], old=FAILED_RUN)
 # Every command, with all tables that it can write.
 EVERY = [Command(line.split()[0], [*line.replace("assets/", f"{ASSETS}/").split(), "--json"], None) for line in [
-    "mesh assets/ring.obj -o made.h5", "modes body.h5 -m 12 --csv made.csv",
+    "mesh assets/beam.obj -o made.h5 --elements linear", "modes body.h5 -m 12 --csv made.csv",
     "dataset body.h5 -o made.h5 --trajectories 2 --frames 2 --csv made.csv",
     "remap poses.h5 --from body.h5 --to body.h5 -o made.h5",
     "train body.h5 poses.h5 -o made.h5 --depth 3 --epochs 2", "calibrate tree.h5 poses.h5 -o made.h5 --miss-rate 0.01",
