@@ -117,8 +117,8 @@ def make_inputs(folder, program):
     make("dataset", "body.h5", "-o", "poses.h5", "--trajectories", "10", "--frames", "30")
     make("train", "body.h5", "poses.h5", "-o", "tree.h5", "--depth", "3", "--bounds", "learned_affine")
     (folder / "scene.json").write_text(
-        '{"bodies": [{"body": "body.h5", "transform": {"translate": [0, 0, 0.501]}},'
-        ' {"body": "body.h5", "transform": {"translate": [0, 0.02, 1.503]}}],'
+        '{"bodies": [{"body": "body.h5", "transform": {"translate": [0, 0, 0.504]}},'
+        ' {"body": "body.h5", "transform": {"translate": [0, 0.02, 1.51]}}],'
         ' "obstacles": [{"plane": {"normal": [0, 0, 1]}}]}')
     (folder / "failing.json").write_text('{"bodies": [{"body": "body.h5", "angular_velocity": [0, 0, 1e6]}]}')
     failed = run([Path(program).resolve(), "simulate", "failing.json", "-o", FAILED_RUN, "--quiet"], folder)
