@@ -9,6 +9,7 @@
 #include <variant>
 
 #include "collision/base/notice.hpp"
+#include "sim/world/time_rule.hpp"
 
 namespace nbd {
 namespace {
