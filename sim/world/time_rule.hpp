@@ -25,10 +25,11 @@ void choose_steps(WorldState& world, JointForces& joints, std::span<const double
 
 /// Adds all bodies that joints and tendons connect to some: forces of springs act on both sides by one rule.
 /// some: [bodies].
-/// Which bodies something holds, or joints with a place or with what is held, also by way of others.
-std::vector<char> anchored_bodies(const WorldState& world);
-
 void add_joined(const WorldState& world, std::vector<char>& some);
+
+/// Which bodies something holds, or joints connect to a place or to what is held, also by way of others:
+/// [bodies].
+std::vector<char> anchored_bodies(const WorldState& world);
 
 /// Lets bodies take a step of backward Euler from their state as it is, but for those that are held
 /// throughout. abrupt: [bodies]. Returns whether one of them took another one before.
